@@ -6,7 +6,7 @@ import inspect
 from pathlib import Path
 
 from twin.bench.effects import EFFECTS
-from twin.causes.registry import NAMES
+from twin.cause_registry.registry import NAMES
 from twin.diagnose.models import CAUSES
 
 PAGE = Path(__file__).parent / "causes.md"

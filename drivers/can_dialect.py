@@ -22,8 +22,8 @@ from drivers.can_protocol import (
     NO_PULSE,
     SAMPLE_FRAME,
     SAMPLES_PER_FRAME,
+    CanCommand,
     ChannelInfo,
-    Command,
     Heartbeat,
     MessageId,
     Reply,
@@ -34,7 +34,7 @@ from drivers.can_protocol import (
 
 __all__ = ["ClassicDialect", "Dialect", "FdDialect", "Message", "make_dialect", "unwrap"]
 
-Message = TimeSync | Heartbeat | Status | ChannelInfo | Reply | Command
+Message = TimeSync | Heartbeat | Status | ChannelInfo | Reply | CanCommand
 Frame = tuple[int, bytes]
 """Identifier and payload."""
 
@@ -99,7 +99,7 @@ class FdDialect:
     counters: ClassVar[int] = 1 << 32
     _identifiers: ClassVar[dict[type[Message], MessageId]] = {
         TimeSync: MessageId.TIME_SYNC, Heartbeat: MessageId.HEARTBEAT, Status: MessageId.STATUS,
-        ChannelInfo: MessageId.CHANNEL_INFO, Command: MessageId.COMMAND, Reply: MessageId.REPLY,
+        ChannelInfo: MessageId.CHANNEL_INFO, CanCommand: MessageId.COMMAND, Reply: MessageId.REPLY,
     }  # fmt: skip
     _types: ClassVar[dict[int, type[Message]]] = {identifier: kind for kind, identifier in _identifiers.items()}
 
@@ -182,7 +182,7 @@ class ClassicDialect:
                 (MessageId.STATUS + CLASSIC, self._status.pack(overrun | channel, count & 0xFFFFFFFF))
                 for channel, count in enumerate(message.overload)
             ]
-        if isinstance(message, Command):
+        if isinstance(message, CanCommand):
             return [(MessageId.COMMAND + CLASSIC, self._command.pack(message.opcode, message.value))]
         if isinstance(message, Reply):
             data = self._reply.pack(message.opcode, message.result, message.decimation, message.sample_rate_Hz)
@@ -211,7 +211,7 @@ class ClassicDialect:
                 self._overload[(first & 0xFF) % CHANNELS_LIMIT] = count
                 return Status(first >> 8, tuple(self._overload))
             case MessageId.COMMAND:
-                return Command(*self._command.unpack_from(data))
+                return CanCommand(*self._command.unpack_from(data))
             case MessageId.REPLY:
                 opcode, result, decimation, rate_Hz = self._reply.unpack_from(data)
                 if decimation == 0:

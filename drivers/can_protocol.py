@@ -31,8 +31,8 @@ __all__ = [
     "PULSE_INTERVAL_NS",
     "SAMPLES_PER_FRAME",
     "SAMPLE_FRAME",
+    "CanCommand",
     "ChannelInfo",
-    "Command",
     "Heartbeat",
     "MessageId",
     "NodeState",
@@ -215,7 +215,7 @@ class ChannelInfo:
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
+class CanCommand:
     """From the host to the node."""
 
     opcode: int
@@ -227,7 +227,7 @@ class Command:
         return self._layout.pack(self.opcode, self.value)
 
     @classmethod
-    def unpack(cls, data: bytes) -> Command:
+    def unpack(cls, data: bytes) -> CanCommand:
         """From a payload; raises struct.error if it is too short."""
         return cls(*cls._layout.unpack_from(data))
 

@@ -14,6 +14,7 @@ from mcap.writer import CompressionType, Writer
 
 from recordings.check import CheckReport, check_run
 from recordings.collect import Collector
+from recordings.errors import InputError
 from recordings.interpret import AttachmentItem, Interpreter, MessageItem, MetadataItem
 from recordings.limits import Limits
 from recordings.messages import decode_block, decode_event, decode_step, encode_event
@@ -43,7 +44,9 @@ class RecoverReport:
     sound: bool
 
 
-def recover(path: str | Path, out: str | Path, *, limits: Limits | None = None) -> RecoverReport:
+def recover(
+    path: str | Path, out: str | Path, *, limits: Limits | None = None, overwrite: bool = False
+) -> RecoverReport:
     """Write what is complete in a file to a new one, with an event that says what was recovered and what was lost.
 
     Messages keep their bytes, times and topics, unknown topics too; those that break the contract are set aside
@@ -54,16 +57,20 @@ def recover(path: str | Path, out: str | Path, *, limits: Limits | None = None) 
     path
         The damaged file; it is not changed.
     out
-        The file to be made; it must not exist.
+        The file to be made, another than `path`.
+    overwrite
+        Whether it may replace a file that is there.
 
     Raises
     ------
     InputError
-        If `path` cannot be read or is no MCAP file, `out` exists or cannot be written.
+        If `path` cannot be read or is no MCAP file, `out` exists already, is `path` or cannot be written.
     """
     path, out, limits = Path(path), Path(out), limits or Limits()
     report = check_run(path, limits=limits)
-    refuse_existing(out)
+    if out.exists() and out.samefile(path):
+        raise InputError(out, "", "is the damaged file itself", "give another name")
+    refuse_existing(out, overwrite=overwrite)
     with whole_file(out) as part:
         with part.open("xb") as target, open_input(path) as source:
             salvage = _Salvage(source, target, report, limits)

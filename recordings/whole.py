@@ -70,11 +70,10 @@ def check_writable(*paths: Path | None, overwrite: bool) -> None:
             beside.remove()
 
 
-def refuse_existing(path: Path, *, overwrite: bool | None = None) -> None:
-    """Refuse a name that is taken, unless it may be overwritten (None: never); raises InputError."""
+def refuse_existing(path: Path, *, overwrite: bool = False) -> None:
+    """Refuse a name that is taken, unless it may be overwritten; raises InputError."""
     if not overwrite and (path.exists() or path.is_symlink()):
-        remedy = "choose another name or remove it" if overwrite is None else "give another name, or --overwrite"
-        raise InputError(path, "", "exists already", remedy)
+        raise InputError(path, "", "exists already", "give another name, or --overwrite")
 
 
 def made_folder(path: str | Path) -> Path:

@@ -196,7 +196,7 @@ class RunWriter:
         try:
             action()
         except FileExistsError as error:
-            raise InputError(self.path, "", "exists already", "choose another name or remove it") from error
+            raise InputError(self.path, "", "exists already", "give another name, or --overwrite") from error
         except OSError as error:
             raise self._as_input_error(error) from error
 

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from studies.polynomial_law import PolynomialProblem, fit_polynomials
 from twin.identify.base_fit import fit_base
 from twin.identify.identified import Identified
+from twin.identify.limits import LIMITS
 from twin.identify.linear_model import LinearParameters
 from twin.identify.measured_data import MeasuredData
-from twin.identify.polynomials import POOR_POLYNOMIAL_PERCENT, LeftOut, PolynomialFit, Polynomials
+from twin.identify.polynomials import LeftOut, PolynomialFit, Polynomials
 from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import by_resonance
 from twin.identify.rms import relative_error_percent
@@ -48,7 +49,7 @@ def with_polynomials(
     report("identifying the papers' polynomials")
     polynomials = polynomials_by_level(ResidualModel(evidence), *base)
     warnings = found.warnings
-    if polynomials is not None and polynomials.together.residual_percent > POOR_POLYNOMIAL_PERCENT:
+    if polynomials is not None and polynomials.together.residual_percent > LIMITS.poor_polynomial_percent:
         fit = polynomials.together
         warnings += (
             f"polynomials of orders {fit.orders[0]} and {fit.orders[1]} leave {fit.residual_percent:.2g} % of all "

@@ -25,9 +25,9 @@ from studies.layer_motion import LayerMotion, layer_motion
 from studies.layer_response import LayerResponse, layer_response
 from studies.uncertain_base import UncertainBase
 from twin.identify.joint_law import spline_basis
+from twin.identify.l_curve import LCurve, decompose
 from twin.identify.linear_model import LinearParameters
 from twin.identify.polynomials import Iteration, PolynomialFit
-from twin.identify.regularisation import LCurve, decompose
 from twin.identify.residual_model import ResidualModel
 from twin.identify.rms import relative_error_percent
 

@@ -41,6 +41,7 @@ BAD = {
     "diagnose": ["missing.mcap", *RIG, "--out", "out"],
     "campaign": ["--cause", "gremlins", "--out", "out"],
     "reproduce": ["no-such-paper"],
+    "cite": ["missing.toml"],
     "view": ["missing.mcap", "--save", "out.rrd"],
     "speed": ["--no-such-option"],
 }
@@ -58,6 +59,7 @@ RUBBISH = {
     "predict": ["rubbish.toml", "--drive", "rubbish.csv", "--out", "out.csv"],
     "diagnose": ["rubbish.mcap", *RIG, "--out", "out"],
     "campaign": ["--rig", "rubbish.toml", "--out", "out"],
+    "cite": ["rubbish.toml"],
     "view": ["rubbish.mcap", "--save", "out.rrd"],
 }
 

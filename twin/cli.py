@@ -38,6 +38,7 @@ SUMMARIES = {
     "diagnose": "Show what the model gets wrong, name the cause, extend the model, measure the gain.",
     "campaign": "Hide causes in many virtual rigs, diagnose them blind, and count.",
     "reproduce": "The papers' tables side by side with this project's.",
+    "cite": "What to cite for the methods that results used, as BibTeX or CFF.",
     "view": "Show a run, a rehearsal or a diagnosis in rerun.",
     "speed": "The benchmark ratios on this machine.",
 }
@@ -59,6 +60,7 @@ class LazyGroup(click.Group):
 
         command = importlib.import_module(f"twin.commands.{cmd_name}").command
         assert isinstance(command, click.Command)
+        command.short_help = SUMMARIES[cmd_name]
         # Lines after \b keep their breaks.
         command.epilog = "\n".join(["\b", "Examples:", *(f"  {line}" for line in EXAMPLES[cmd_name])])
         named_types(command)

@@ -18,8 +18,8 @@ from drivers.can_protocol import (
     CHANNELS_LIMIT,
     FULL_SCALE,
     NO_PULSE,
+    CanCommand,
     ChannelInfo,
-    Command,
     Heartbeat,
     NodeState,
     Opcode,
@@ -127,7 +127,7 @@ class CanClient:
     def _command(self, opcode: Opcode, value: float = 0.0) -> object:
         """Send a command until it is answered; commands may be repeated without harm."""
         fd = self._dialect.is_fd
-        identifier, data = self._dialect.encode(Command(opcode, value))[0]
+        identifier, data = self._dialect.encode(CanCommand(opcode, value))[0]
         message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False, is_fd=fd, bitrate_switch=fd)
         with self._answered:
             for _ in range(ATTEMPTS):

@@ -1,4 +1,4 @@
-"""From a program message to its units: compound headers, queries, quoted strings (IEEE 488.2, chapter 7)."""
+"""The parser of SCPI: a program message to its units, compound headers, queries, strings (IEEE 488.2, chapter 7)."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from drivers.virtual.faults import Fault, FaultPlan
 from drivers.virtual.feed import SampleFeed
 from drivers.virtual.line_speed import WirePort
 from drivers.virtual.meter import Meter
-from drivers.virtual.ports import DEFAULT_BAUD, TERMINALS, Port, PtyPort, SerialPort, TcpPort
+from drivers.virtual.ports import DEFAULT_BAUD, DEVICES, TERMINALS, Port, PtyPort, SerialPort, TcpPort
 from drivers.virtual.server import VirtualDevice, serve
 from drivers.virtual.slcan import SlcanAdapter
 from recordings.errors import InputError
@@ -312,6 +312,8 @@ def open_serial(where: str, baud: int | None, multiple: float | None, *, option:
     """A new pseudo-terminal, one with a name of its own, or a serial port that is there."""
     path = Path(where)
     of_terminal = path.is_symlink() and str(path.readlink()).startswith(TERMINALS)
+    if not (of_terminal or path.exists()) and path.absolute().is_relative_to(DEVICES):
+        raise InputError(option, where, "no such device", "plug it in, or give auto or a name outside of /dev")
     if where == "auto" or of_terminal or not path.exists():
         terminal = PtyPort(None if where == "auto" else path)
         if baud is None:

@@ -20,8 +20,8 @@ from drivers.can_protocol import (
     FULL_SCALE,
     LOAD_UNKNOWN,
     NO_PULSE,
+    CanCommand,
     ChannelInfo,
-    Command,
     Heartbeat,
     NodeState,
     Opcode,
@@ -159,7 +159,7 @@ class CanNode:
                 continue
             with contextlib.suppress(struct.error, ValueError):  # too short: noise, as if it had not come
                 command = self._dialect.decode(message.arbitration_id, bytes(message.data))
-                if isinstance(command, Command):
+                if isinstance(command, CanCommand):
                     self._obey(command)
         now = time.monotonic()
         if now >= self._next_heartbeat and self._errors.state != ErrorState.BUS_OFF:
@@ -189,7 +189,7 @@ class CanNode:
             self._bus_time.hear(len(message.data), is_fd=message.is_fd, waits=waits)
         return message
 
-    def _obey(self, command: Command) -> None:
+    def _obey(self, command: CanCommand) -> None:
         try:
             refused = self._try(command)
         except SourceFailedError:
@@ -198,7 +198,7 @@ class CanNode:
         if command.opcode != Opcode.DESCRIBE or refused:
             self._tell(Reply(command.opcode, int(refused), self._feed.sample_rate_Hz, self._decimation))
 
-    def _try(self, command: Command) -> bool:
+    def _try(self, command: CanCommand) -> bool:
         """Do what a command asks for; whether it is refused."""
         if command.opcode == Opcode.START and self._state != NodeState.STREAMING:
             self._feed.recover()

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drivers.scpi import Instrument, Interpreter
 from drivers.virtual.faults import LinkFaults
 from drivers.virtual.ports import Port, TcpPort
-from drivers.virtual.session import Session
+from drivers.virtual.session import Session, Speaker
 
 __all__ = ["Conversing"]
 
@@ -17,7 +16,7 @@ ACCEPTED_A_TURN = 8
 """So that a flood of connections does not keep the clients waiting that are there."""
 
 
-class Conversing(Instrument):
+class Conversing(Speaker):
     """What all SCPI instruments do with their lines; a subclass calls :meth:`attach` once."""
 
     name = ""
@@ -26,7 +25,6 @@ class Conversing(Instrument):
     _sessions: list[Session]
     _listeners: list[TcpPort]
     _faults: LinkFaults
-    _speaking: Session | None = None
 
     def attach(self, ports: Sequence[Port | TcpPort], faults: LinkFaults | None) -> None:
         """Talk on these lines, with what goes wrong on them."""
@@ -35,25 +33,12 @@ class Conversing(Instrument):
         self._faults = faults or LinkFaults()
 
     @property
-    def stalled(self) -> bool:
-        """Whether a fault keeps it from sending."""
+    def stalled(self) -> bool:  # noqa: D102
         return self._faults.stalled
-
-    def streams_to(self, session: Session) -> bool:
-        """Whether a session's line carries frames instead of text."""
-        return False
 
     def holds(self, session: Session) -> bool:
         """Whether a session must not make room for a newcomer."""
         return False
-
-    def client_left(self, session: Session) -> None:
-        """A client has hung up."""
-
-    def converse(self, session: Session, interpreter: Interpreter, *, messages: int, room: int) -> list[bytes]:
-        """Run a client's commands."""
-        self._speaking = session
-        return interpreter.run(messages=messages, room=room)
 
     def pass_time(self, time_s: float) -> None:
         """Device time goes on; a fault may hang up now, or take its power."""

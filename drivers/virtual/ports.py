@@ -25,6 +25,7 @@ DEFAULT_BAUD = 921600
 BACKLOG = 128
 """Connections that the system keeps until the instrument's next turn."""
 TERMINALS = "/dev/pts/"
+DEVICES = "/dev"
 _BUSY = (errno.EAGAIN, errno.EWOULDBLOCK)
 
 

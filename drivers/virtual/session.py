@@ -6,16 +6,12 @@ import logging
 import time
 from collections import deque
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 from drivers.frames import Frame, FrameKind, encode
-from drivers.scpi import Interpreter, Registers
+from drivers.scpi import Instrument, Interpreter, Registers
 from drivers.virtual.ports import Port
 
-if TYPE_CHECKING:
-    from drivers.virtual.conversing import Conversing
-
-__all__ = ["Session"]
+__all__ = ["Session", "Speaker"]
 
 WRITE_BYTES = 8192
 READ_BYTES = 4096
@@ -29,6 +25,29 @@ DEADLOCK_S = 2.0
 _log = logging.getLogger(__name__)
 
 
+class Speaker(Instrument):
+    """What a session asks of its instrument."""
+
+    _speaking: Session | None = None
+
+    @property
+    def stalled(self) -> bool:
+        """Whether a fault keeps it from sending."""
+        return False
+
+    def streams_to(self, session: Session) -> bool:
+        """Whether a session's line carries frames instead of text."""
+        return False
+
+    def client_left(self, session: Session) -> None:
+        """A client has hung up."""
+
+    def converse(self, session: Session, interpreter: Interpreter, *, messages: int, room: int) -> list[bytes]:
+        """Run a client's commands."""
+        self._speaking = session
+        return interpreter.run(messages=messages, room=room)
+
+
 class Session:
     """Bytes of one port to the instrument and back.
 
@@ -36,7 +55,7 @@ class Session:
     never each other.
     """
 
-    def __init__(self, instrument: Conversing, port: Port) -> None:
+    def __init__(self, instrument: Speaker, port: Port) -> None:
         self.port = port
         self._instrument = instrument
         self._client = 0

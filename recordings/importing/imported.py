@@ -13,7 +13,7 @@ from recordings.convert.blocks import device_from_rows, to_float32
 from recordings.errors import InputError
 from recordings.importing.files import read_files
 from recordings.importing.labels import channel_name, is_time
-from recordings.importing.mapping import ChannelMapping, Mapping, Question, parse_sensitivity, write_mapping
+from recordings.importing.mapping import ChannelMapping, Mapping, MappingQuestion, parse_sensitivity, write_mapping
 from recordings.importing.signals import Signal
 from recordings.importing.steps import found_steps
 from recordings.importing.time_axis import TimeAxis, axis_of
@@ -69,7 +69,7 @@ class _Reading:
 
     def __init__(self, source: Path | str, signals: Sequence[Signal], mapping: Mapping) -> None:
         self._source, self._mapping = source, mapping
-        self.questions: list[Question] = []
+        self.questions: list[MappingQuestion] = []
         self.notes: list[str] = []
         self._tables: dict[tuple[str, int], list[Signal]] = {}
         for each in signals:
@@ -116,7 +116,7 @@ class _Reading:
         ]
         if len(times) > 1 and any(not np.array_equal(each.values, times[0].values) for each in times[1:]):
             names = " and ".join(repr(each.name) for each in times[:3])
-            self.questions.append(Question(field="time", why=f"has {len(times)} columns of time: {names}"))
+            self.questions.append(MappingQuestion(field="time", why=f"has {len(times)} columns of time: {names}"))
             return None
         start_ns = next((each.start_ns for each in table if each.start_ns is not None), 0)
         rate = mapping.sample_rate_Hz or next((each.sample_rate_Hz for each in table if each.sample_rate_Hz), None)
@@ -128,14 +128,16 @@ class _Reading:
                 raise InputError(self._source, f"column {times[0].name!r:.60}", str(error)) from error
             if not unit and axis.sample_rate_Hz < LEAST_RATE_Hz and times[0].values.dtype.kind != "M":
                 why = f"{times[0].name!r:.60} has no unit, and {axis.sample_rate_Hz:g} Hz is no sample rate if it is s"
-                self.questions.append(Question(field="time_unit", why=why))
+                self.questions.append(MappingQuestion(field="time_unit", why=why))
             lost = int(axis.number[-1]) + 1 - count
             if lost:
                 self.notes.append(f"{lost} samples are missing by the column {times[0].name}")
             return replace(axis, start_ns=axis.start_ns or start_ns)
         if rate is None:
             if all(each.sample_rate_Hz is None for each in table):
-                self.questions.append(Question(field="sample_rate_Hz", why="has no column of time and no sample rate"))
+                self.questions.append(
+                    MappingQuestion(field="sample_rate_Hz", why="has no column of time and no sample rate")
+                )
             return None
         if not 1e-3 < rate < 1e9:
             raise InputError(self._source, "", f"a sample rate of {rate:g} Hz")
@@ -154,7 +156,7 @@ class _Reading:
             known = quantity_of_unit(unit)
             if known is None:
                 why = f"has no unit; {_UNITS}" if not unit else f"its unit {unit!r:.20} is not known; {_UNITS}"
-                self.questions.append(Question(field="unit", why=why, column=signal.name))
+                self.questions.append(MappingQuestion(field="unit", why=why, column=signal.name))
             elif channel.sensitivity is None:
                 measured[signal.name] = channel.quantity or known[0]
             else:
@@ -163,7 +165,7 @@ class _Reading:
         useful = [each for each in measured.values() if each == "by sensitivity" or follows_excitation(each)]
         if volts and not useful and not self.questions:
             self.questions += [
-                Question(field="sensitivity", why="is in volts; write '10.2 mV/g' or '22.4 mV/N'", column=name)
+                MappingQuestion(field="sensitivity", why="is in volts; write '10.2 mV/g' or '22.4 mV/N'", column=name)
                 for name in volts
             ]
         elif volts:

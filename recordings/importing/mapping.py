@@ -18,7 +18,8 @@ from recordings.toml_input import Name, Table, read_toml
 from recordings.whole import whole_file
 
 __all__ = [
-    "ChannelMapping", "Mapping", "Question", "mapping_beside", "parse_sensitivity", "read_mapping", "write_mapping",
+    "ChannelMapping", "Mapping", "MappingQuestion", "mapping_beside", "parse_sensitivity", "read_mapping",
+    "write_mapping",
 ]  # fmt: skip
 
 _SENSITIVITY = re.compile(r"([-+0-9.eE]+)\s*([mµuμ]?V)\s*/\s*\(?(.+?)\)?")
@@ -93,7 +94,7 @@ def read_mapping(path: Path) -> Mapping:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Question:
+class MappingQuestion:
     """What is not known: the field that is to be filled in, of a channel or of all, and why."""
 
     field: str
@@ -102,7 +103,7 @@ class Question:
 
 
 def write_mapping(
-    path: Path, mapping: Mapping, columns: Sequence[ChannelMapping], questions: Sequence[Question]
+    path: Path, mapping: Mapping, columns: Sequence[ChannelMapping], questions: Sequence[MappingQuestion]
 ) -> None:
     """Write what is known of every column, with a marked line for each question; raises InputError if it cannot be."""
     lines = [

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from twin.causes.registry import NAMES
+from twin.cause_registry.registry import NAMES
 
 DOCS = Path(__file__).parents[2] / "docs"
 

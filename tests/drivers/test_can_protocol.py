@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from drivers.can_protocol import (
     SAMPLE_FRAME,
+    CanCommand,
     ChannelInfo,
-    Command,
     Heartbeat,
     MessageId,
     Reply,
@@ -69,7 +69,7 @@ def test_heartbeat_command_and_reply():
         "State": 2, "Channels": 3, "UptimeMs": 70_000, "ErrorState": 1, "BusLoad": 42,
     }  # fmt: skip
     assert Heartbeat.unpack(Heartbeat(2, 3, 70_000, 1, 42).pack()) == Heartbeat(2, 3, 70_000, 1, 42)
-    assert decode(0x200, Command(4, 1024.5).pack()) == {"Opcode": 4, "Value": 1024.5}
+    assert decode(0x200, CanCommand(4, 1024.5).pack()) == {"Opcode": 4, "Value": 1024.5}
     assert decode(0x201, Reply(4, 1, 512.0).pack()) == {
         "Opcode": 4, "Result": 1, "Decimation": 1, "SampleRate": 512.0,
     }  # fmt: skip
@@ -136,7 +136,7 @@ def test_any_rest_fits_into_lengths_that_can_fd_has(count):
 
 @given(st.binary(max_size=64))
 def test_rubbish_is_refused_by_its_length_or_its_sense(data):
-    for message in (TimeSync, Heartbeat, Status, Command, Reply, ChannelInfo):
+    for message in (TimeSync, Heartbeat, Status, CanCommand, Reply, ChannelInfo):
         try:
             message.unpack(data)
         except (ValueError, struct.error):

@@ -15,7 +15,7 @@ from test_acquisition import channel, quantised, take
 from virtual_rig import CHANNELS, PATIENCE_S, FilteredSine, served
 
 from drivers.can_dialect import ClassicDialect, Message, unwrap
-from drivers.can_protocol import NO_PULSE, ChannelInfo, Command, Heartbeat, Reply, Status, TimeSync, read_dbc
+from drivers.can_protocol import NO_PULSE, CanCommand, ChannelInfo, Heartbeat, Reply, Status, TimeSync, read_dbc
 from drivers.host import open_instruments
 from drivers.instruments import Instruments
 from drivers.virtual.bus_time import classic_frame_seconds
@@ -60,7 +60,7 @@ def test_a_time_whose_count_was_lost_belongs_to_nothing():
 
 
 def test_the_other_messages_come_back_and_the_database_reads_them():
-    for message in (Command(4, 1024.5), Reply(2, 0, 25600.0, 8), Heartbeat(2, 3, 70_000, 1, 42)):
+    for message in (CanCommand(4, 1024.5), Reply(2, 0, 25600.0, 8), Heartbeat(2, 3, 70_000, 1, 42)):
         assert through(message) == message
     assert through(Status(70_000, (1, 2, 3, 4))) == Status(70_000, (1, 2, 3, 4))
     info = ChannelInfo(2, 3, replace(CHANNELS[2], name="acceleration-at-the-tip", direction="-y"))

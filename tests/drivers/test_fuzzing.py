@@ -12,7 +12,7 @@ import pytest
 
 from drivers.addresses import parse_address
 from drivers.blf import read_blf
-from drivers.can_protocol import ChannelInfo, Command, Heartbeat, Reply, Status, TimeSync
+from drivers.can_protocol import CanCommand, ChannelInfo, Heartbeat, Reply, Status, TimeSync
 from drivers.frames import Decoder, Frame, FrameKind, encode, unpack_samples
 from drivers.host.catalogue import read_catalogue
 from drivers.instruments import read_instruments
@@ -79,7 +79,7 @@ def test_can_messages(count):
     generator = np.random.default_rng(3)
     for _ in range(count):
         data = generator.bytes(int(generator.integers(65)))
-        for message in (TimeSync, Heartbeat, Status, Command, Reply, ChannelInfo):
+        for message in (TimeSync, Heartbeat, Status, CanCommand, Reply, ChannelInfo):
             try:
                 message.unpack(data)
             except (ValueError, struct.error):

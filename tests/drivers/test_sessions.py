@@ -19,7 +19,7 @@ from served_apart import served_apart
 from virtual_rig import PATIENCE_S, FilteredSine, Served, served, wait_until
 
 from drivers.can_dialect import FdDialect
-from drivers.can_protocol import Command, Opcode
+from drivers.can_protocol import CanCommand, Opcode
 from drivers.frames import Decoder, FrameKind
 from drivers.host import open_instruments
 from drivers.unixbus import UnixBus
@@ -260,7 +260,7 @@ def test_an_emergency_stop_ends_everything_until_it_is_cleared(by: str, tmp_path
             rig.stop_at_once("signal")
         else:
             with UnixBus(f"{tmp_path}/bus") as bus:
-                for identifier, data in FdDialect().encode(Command(Opcode.HALT, 0.0)):
+                for identifier, data in FdDialect().encode(CanCommand(Opcode.HALT, 0.0)):
                     bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False, is_fd=True))
                 wait_until(lambda: looks_on.ask("OUTP:PROT:TRIP?") == "1")
         wait_until(lambda: looks_on.ask("ACQ:STAT?") == "FAILED")

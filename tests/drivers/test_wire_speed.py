@@ -14,7 +14,7 @@ import serial
 from needed import needs, program
 from virtual_rig import PATIENCE_S, FilteredSine, served, wait_until
 
-from drivers.can_protocol import SAMPLES_PER_FRAME, Command, MessageId, Opcode
+from drivers.can_protocol import SAMPLES_PER_FRAME, CanCommand, MessageId, Opcode
 from drivers.host import open_instruments
 from drivers.instruments import Instruments
 from drivers.virtual import Addresses, VirtualRig, bus_time, line_speed
@@ -167,7 +167,7 @@ def test_a_node_beyond_the_capacity_of_its_bus_overruns_and_says_so():
         served(FilteredSine(rate_Hz=25600.0), can_bus="virtual:slow", speed=1.0, bitrate=125e3, data_bitrate=250e3),
         can.Bus(interface="virtual", channel="slow", fd=True) as bus,
     ):
-        start = Command(Opcode.START).pack()
+        start = CanCommand(Opcode.START).pack()
         began, overrun, came = time.monotonic(), 0, 0
         bus.send(can.Message(arbitration_id=MessageId.COMMAND, data=start, is_extended_id=False, is_fd=True))
         while time.monotonic() - began < PATIENCE_S and not overrun:

@@ -230,7 +230,7 @@ def test_command_tells_sound_from_damaged_from_unreadable(sound: Path, tmp_path:
     assert twin(out).returncode == 0
     again = twin(cut, "--recover", out)
     assert (again.returncode, again.stdout) == (2, "")
-    assert again.stderr.strip().splitlines()[-1].endswith("exists already; choose another name or remove it")
+    assert again.stderr.strip().splitlines()[-1].endswith("exists already; give another name, or --overwrite")
     for path in (tmp_path / "none.mcap", Path(__file__), tmp_path):
         result = twin(path)
         assert (result.returncode, result.stdout) == (2, "")

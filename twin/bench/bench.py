@@ -13,22 +13,12 @@ from twin.bench.decimation import decimate, decimation_taps
 from twin.bench.generator import Generator
 from twin.bench.instruments import InstrumentChannel, convert, high_pass_coefficients
 from twin.bench.layer import JointLaw
+from twin.bench.limits import LIMITS
 from twin.bench.marching import coefficients, integrate, packed
 from twin.bench.plan import Plan
 from twin.bench.planned import MONITORS, planned
-from twin.bench.shaker import Shaker
+from twin.bench.shaker import ShakerModel
 from twin.rigs import Effect, Layout, Rig
-
-SAMPLE_RATES_Hz = (512.0, 1024.0, 2048.0, 4096.0, 5120.0, 8192.0, 10240.0, 12800.0, 20480.0, 25600.0, 51200.0)
-"""Rates the converter has."""
-INTERNAL_RATE_Hz = 11264.0
-"""The physics takes at least this many steps a second: enough for all modes that the bench keeps."""
-SCATTERED_MODES = 20
-"""Natural frequencies that differ from one assembly of the rig to the next."""
-ASSEMBLY = 1
-"""Of the seed's streams, the one that such differences are drawn from."""
-DRIFT_TOLERANCE = 2e-5
-"""Relative change of the moduli after which the modes are computed anew."""
 
 Matrix = NDArray[np.float64]
 
@@ -87,10 +77,10 @@ class Bench:
         return self._built
 
     def set_sample_rate(self, sample_rate_Hz: float) -> float:
-        """Choose the nearest rate of :data:`SAMPLE_RATES_Hz` and return it; the rig's motion goes on."""
+        """Choose the nearest rate of :data:`LIMITS.sample_rates_Hz` and return it; the rig's motion goes on."""
         if not np.isfinite(sample_rate_Hz) or sample_rate_Hz <= 0:
             raise ValueError(f"sample rate must be positive, got {sample_rate_Hz}")
-        rate = min(SAMPLE_RATES_Hz, key=lambda r: abs(np.log(r / sample_rate_Hz)))
+        rate = min(LIMITS.sample_rates_Hz, key=lambda r: abs(np.log(r / sample_rate_Hz)))
         if rate == self._rate:
             return rate
         self._base = (self._index, self._time_ns(self._index))
@@ -169,7 +159,7 @@ class Bench:
     def _follow_drift(self) -> None:
         """Compute the modes anew when the moduli have drifted far enough."""
         rate = max(abs(rate) for rate in (self._plan.moduli_rate_per_s, *(j.rate_per_s for j in self._plan.joints)))
-        if rate * (self._time_s - self._drift_at_s) > DRIFT_TOLERANCE:
+        if rate * (self._time_s - self._drift_at_s) > LIMITS.drift_tolerance:
             self._store_states()
             self._load_model()
 
@@ -250,7 +240,7 @@ def drive_limits(rig: Rig) -> dict[str, float]:
     """The limits of a rig's amplifier and armature, V, A and m, by the monitor that comes up to each."""
     if rig.shaker.ideal:
         return {}
-    shaker = Shaker.of(rig.shaker)
+    shaker = ShakerModel.of(rig.shaker)
     limits = {"amplifier": shaker.voltage_limit, "current": shaker.current_limit, "stroke": shaker.stroke_limit}
     return {name: limit for name, limit in limits.items() if limit}
 
@@ -268,7 +258,7 @@ def open_bench(
     noise: bool = True,
     converter: bool = True,
     layout: Layout | None = None,
-    internal_rate_Hz: float = INTERNAL_RATE_Hz,
+    internal_rate_Hz: float = LIMITS.internal_rate_Hz,
 ) -> Bench:
     """Set up a rig as a source of samples.
 
@@ -285,7 +275,7 @@ def open_bench(
     joint_law
         Of all joints, or by their names, in place of the rig file's; without either a joint is linear.
     sample_rate_Hz
-        The nearest of :data:`SAMPLE_RATES_Hz` is taken.
+        The nearest of :data:`LIMITS.sample_rates_Hz` is taken.
     drive
         ``force`` takes the shaker away and applies the generator's volts as newtons, as for a rig that has none.
     monitors
@@ -308,7 +298,7 @@ def open_bench(
     """
     plan = planned(rig, preload=preload, effects=effects, joint_law=joint_law, monitors=monitors, layout=layout)
     if scatter := rig.natural_frequencies.scatter:
-        errors = scatter * np.random.default_rng([seed, ASSEMBLY]).standard_normal(SCATTERED_MODES)
+        errors = scatter * np.random.default_rng([seed, LIMITS.bench_assembly]).standard_normal(LIMITS.scattered_modes)
         errors[: len(plan.frequency_errors)] += plan.frequency_errors
         plan.frequency_errors = errors
     return Bench(

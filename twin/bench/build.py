@@ -11,11 +11,12 @@ from recordings.quantities import is_response, quantity
 from twin.bench.force_factor import ForceFactor
 from twin.bench.instruments import InstrumentChannel
 from twin.bench.layer import JointLaw, law_by_name, law_from_table, no_law, steel_law
+from twin.bench.limits import LIMITS
 from twin.bench.linear import LinearRig, Poles, ReadOff, linear_rig, to_poles, with_resonance
 from twin.bench.marching import Elements
 from twin.bench.plan import Element, JointPlan, Matrices, Plan
-from twin.bench.reduction import Condensed, ModalModel, MODES_BELOW_Hz, condense, with_layers
-from twin.bench.shaker import COORDINATES, Shaker
+from twin.bench.reduction import Condensed, ModalModel, condense, with_layers
+from twin.bench.shaker import COORDINATES, ShakerModel
 from twin.joint import Law, PiecewiseLinearContact, RunningLoss, jenkins
 from twin.rigs import LawOfRig, NamedLaws, Place
 from twin.structure import assemble, layer_points, normal_modes, rigid_motions
@@ -23,12 +24,6 @@ from twin.structure.law_table import layer_table
 from twin.structure.modes import MOST_RIGID
 
 Matrix = NDArray[np.float64]
-
-RESOLVED = 0.4
-"""Modes are kept up to this share of the internal rate, since no step resolves faster ones against a joint force."""
-SUSPENSION_Hz, SUSPENSION_DAMPING = 0.05, 1e-3
-"""What hangs free hangs on cords: natural frequency and damping ratio of its rigid motions, so low that from 5 Hz on
-they are those of a body in space to 1e-4."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +64,7 @@ class Built:
     drive_row: Matrix
     drive_load: Matrix
     channel_rows: tuple[Matrix | None, ...]
-    shaker: Shaker | None
+    shaker: ShakerModel | None
 
     @property
     def locals(self) -> int:
@@ -94,7 +89,7 @@ class Built:
     def modal(self, time_s: float, internal_rate_Hz: float) -> ModalModel:
         """Kept modes at a time."""
         layers, everything = self.moduli(time_s)
-        below = min(MODES_BELOW_Hz, RESOLVED * internal_rate_Hz)
+        below = min(LIMITS.modes_below_Hz, LIMITS.build_resolved * internal_rate_Hz)
         E = [left * joint.E for left, joint in zip(layers, self.plan.joints, strict=True)]
         return self.condensed.modes(E, [joint.G for joint in self.plan.joints], below_Hz=below, factor=everything)
 
@@ -112,7 +107,7 @@ class Built:
         modal = self.modal(time_s, internal_rate_Hz)
         ratios = self.plan.rig.damping.modal_ratio
         elastic = range(len(modal.omega) - self.rigid)
-        zeta = np.array([SUSPENSION_DAMPING] * self.rigid + [ratios[min(r, len(ratios) - 1)] for r in elastic])
+        zeta = np.array([LIMITS.suspension_damping] * self.rigid + [ratios[min(r, len(ratios) - 1)] for r in elastic])
         outputs = [ReadOff("rate" if velocity else "displacement", row) for row, velocity in self.rows]
         outputs += [ReadOff(name) for name in self.shaker_rows]  # type: ignore[arg-type]
         outputs += [ReadOff("integral", row) for row in self.auxiliary_rows]
@@ -256,7 +251,7 @@ def altered_matrices(plan: Plan) -> tuple[Matrices, int]:
     rigid = rigid_motions(modes.omega)
     held = matrices.M @ modes.Phi
     added = np.zeros(len(modes.omega))
-    added[:rigid] = (2 * np.pi * SUSPENSION_Hz) ** 2
+    added[:rigid] = (2 * np.pi * LIMITS.build_suspension_Hz) ** 2
     off = modes.omega[rigid:][: len(plan.frequency_errors)]
     added[rigid : rigid + len(off)] = 2 * off**2 * plan.frequency_errors[: len(off)]
     matrices.K0 += held @ (added[:, None] * held.T)
@@ -346,7 +341,7 @@ def _placed(
             auxiliary.append(len(auxiliary_rows) - 1)
         else:
             auxiliary.append(-1)
-    shaker = Shaker.of(plan.rig.shaker) if drive == "shaker" else None
+    shaker = ShakerModel.of(plan.rig.shaker) if drive == "shaker" else None
     shaker_laws = tuple(shaker.laws()) if shaker else ()
     asked = {name for name, law in shaker_laws} | {law.turns for _, law in shaker_laws if isinstance(law, ForceFactor)}
     shaker_rows = tuple(name for name in COORDINATES if name in asked)

@@ -12,10 +12,9 @@ smoother, does not.
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.bench.limits import LIMITS
 from twin.joint.kernel import COMPILED
 
-HALF_LENGTH = 12
-"""Output samples on either side of the filter's centre."""
 DIFFERENCE = np.convolve([1.0, -1.0], [-1 / 24, 13 / 12, -1 / 24])
 """Difference of neighbours times the step, its droop sinc(f h) made good; centred 1.5 steps back."""
 FIVE_POINTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12
@@ -39,7 +38,7 @@ def decimation_taps(
     """
     if substeps == 1 and not delay_steps.any():
         return np.where(differentiate[:, None], FIVE_POINTS / step_s, np.eye(5)[2])
-    reach = HALF_LENGTH * substeps
+    reach = LIMITS.half_length * substeps
     length = 2 * reach + 2 + int(np.ceil(delay_steps.max(initial=0.0)))
     taps = np.zeros((len(delay_steps), length + len(DIFFERENCE) - 1))
     for row, delay, slope in zip(taps, delay_steps, differentiate, strict=True):
@@ -54,8 +53,8 @@ def decimation_taps(
 def _sinc(length: int, centre: float, substeps: int) -> NDArray[np.float64]:
     """Windowed sinc around a latency, of unit sum."""
     x = (np.arange(length) - centre) / substeps
-    window = np.i0(7.86 * np.sqrt(np.maximum(0.0, 1 - (x / HALF_LENGTH) ** 2))) / np.i0(7.86)
-    taps = np.sinc(x) * window * (np.abs(x) <= HALF_LENGTH)
+    window = np.i0(7.86 * np.sqrt(np.maximum(0.0, 1 - (x / LIMITS.half_length) ** 2))) / np.i0(7.86)
+    taps = np.sinc(x) * window * (np.abs(x) <= LIMITS.half_length)
     return np.asarray(taps / taps.sum())
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, MutableMapping
 from typing import Any
 
 from twin.bench.plan import Plan
-from twin.causes import Registered, from_folders
+from twin.cause_registry import Registered, from_folders
 from twin.rigs import Effect
 
 

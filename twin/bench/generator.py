@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt, sosfreqz
 
 from recordings.streams import Excitation
-from twin.bench.multisine import Multisine
+from twin.bench.multisine import PeriodicSignal
 
 
 class Generator:
@@ -21,7 +21,7 @@ class Generator:
         self._sos: NDArray[np.float64] | None = None
         self._memory = np.zeros((0, 2))
         self._gain = 0.0
-        self._multisine: Multisine | None = None
+        self._multisine: PeriodicSignal | None = None
 
     @property
     def excitation(self) -> Excitation:
@@ -34,7 +34,7 @@ class Generator:
         restart = not same or (step_s is not None and step_s != self._step_s)
         step_s = step_s or self._step_s
         if restart and excitation.kind == "multisine":
-            self._multisine = Multisine(
+            self._multisine = PeriodicSignal(
                 period_s=excitation.period_s, band_Hz=excitation.band_Hz, seed=excitation.seed, step_s=step_s
             )
         self._step_s, self._excitation = step_s, excitation

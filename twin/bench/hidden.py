@@ -8,7 +8,7 @@ import numpy as np
 
 from twin.bench.bench import Bench, open_bench
 from twin.bench.layer import steel_law
-from twin.causes import DRAWS, Dice
+from twin.cause_registry import DRAWS, Dice
 from twin.rigs import Effect, LawOfRig, Preload, Rig
 
 FIRST_CAUSES = (

@@ -26,9 +26,6 @@ from twin.rigs import LayerLawTable, NamedLaws
 
 Matrix = NDArray[np.float64]
 
-REFERENCE_OPENING = 1.5e-5
-"""End of tabulated laws, m of opening."""
-
 
 @dataclass(frozen=True)
 class JointLaw:
@@ -156,7 +153,7 @@ def slapping(law: JointLaw, *, E: float, gap_m: float, factor: float, limit_m: f
         raise ValueError("joint-slap needs a single-valued law of the opening")
 
     def held(o: Matrix) -> Matrix:
-        return sum((part.path(o) for part in parts), E * o)
+        return sum((part.force_history(o) for part in parts), E * o)
 
     def force(o: Matrix) -> Matrix:
         whole, at_gap = held(o), held(np.array([gap_m]))[0]

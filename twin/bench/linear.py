@@ -12,12 +12,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.bench.reduction import ModalModel, MODES_BELOW_Hz
-from twin.bench.shaker import COORDINATES, Shaker
+from twin.bench.limits import LIMITS
+from twin.bench.reduction import ModalModel
+from twin.bench.shaker import COORDINATES, ShakerModel
 
 Matrix = NDArray[np.float64]
 
-FOLLOWING_s = 1 / (2 * np.pi * MODES_BELOW_Hz)
+FOLLOWING_s = 1 / (2 * np.pi * LIMITS.modes_below_Hz)
 """Within this the modes left out follow the forces where a rate is read: as fast as the fastest mode that is kept."""
 
 
@@ -85,7 +86,7 @@ def linear_rig(
     damping: Matrix,
     drive_row: Matrix,
     drive_load: Matrix,
-    shaker: Shaker | None,
+    shaker: ShakerModel | None,
     loads: Sequence[Matrix],
     shaker_loads: Sequence[str] = (),
     cell_mass: float = 0.0,
@@ -220,7 +221,7 @@ def _static_share(
     return (flexibility @ drive_load) * F_x, by_input
 
 
-def _of_the_shaker(shaker: Shaker, quantity: str, size: int) -> tuple[Matrix, float]:
+def _of_the_shaker(shaker: ShakerModel, quantity: str, size: int) -> tuple[Matrix, float]:
     """Row over the states, and share of the generator's voltage, of one of the shaker's own coordinates."""
     row = np.zeros(size)
     if quantity == "reference":

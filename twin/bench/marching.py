@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.bench.force_factor import lost_force
+from twin.bench.limits import LIMITS
 from twin.bench.linear import Poles
 from twin.joint.elimination import eliminate
 from twin.joint.kernel import COMPILED, evaluate, remember
@@ -26,8 +27,6 @@ from twin.joint.kinds import FORCE_FACTOR, FUNCTIONS, HINGES, POLYNOMIAL, SLIDER
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-LANES = 16
-"""Poles are padded to multiples of this, so that loops over real and imaginary parts fill whole vector registers."""
 TOLERANCE = 1e-10
 """Residual of the local equations over the recent size of each coordinate."""
 SMALL_STEP = 1e-4
@@ -114,7 +113,7 @@ def coefficients(poles: Poles, step_s: float) -> Coefficients:
 
 def packed(poles: Complex) -> Matrix:
     """Real parts, then imaginary parts, of poles along the last axis, each with zeros up to whole vectors."""
-    pad = [(0, 0)] * (poles.ndim - 1) + [(0, -poles.shape[-1] % LANES)]
+    pad = [(0, 0)] * (poles.ndim - 1) + [(0, -poles.shape[-1] % LIMITS.marching_lanes)]
     return np.ascontiguousarray(np.concatenate([np.pad(poles.real, pad), np.pad(poles.imag, pad)], axis=-1))
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.signal import CZT
 
 
-class Multisine:
+class PeriodicSignal:
     """Values of unit rms at equal steps, whatever part of the period a step is.
 
     Parameters

@@ -12,9 +12,6 @@ from twin.structure import normal_modes
 
 Matrix = NDArray[np.float64]
 
-MODES_BELOW_Hz = 4500.0
-"""Modes above are statics only: the converter's band and the joint's harmonics end far below."""
-
 
 @dataclass(frozen=True)
 class ModalModel:

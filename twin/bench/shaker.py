@@ -18,6 +18,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from twin.bench.force_factor import ForceFactor
+from twin.bench.limits import LIMITS
 from twin.joint import PiecewiseLinearContact
 from twin.rigs.tables import Shaker as ShakerTable
 
@@ -27,12 +28,10 @@ COORDINATES = ("stroke", "armature-velocity", "current", "reference", "command")
 `reference` is the current that a current amplifier is asked for; `command` the voltage an amplifier would give had it
 no limit of voltage.
 """
-GIVES_WAY = 100.0
-"""Slope of the current's limit over the coil's resistance: the excess is 1 % of what the voltage would drive."""
 
 
 @dataclass(frozen=True)
-class Shaker:
+class ShakerModel:
     """Data-sheet values, SI.  `output_resistance` is zero for an amplifier that holds the voltage."""
 
     armature_mass: float
@@ -50,7 +49,7 @@ class Shaker:
     current_limit: float | None = None
 
     @classmethod
-    def of(cls, drive: ShakerTable) -> Shaker:
+    def of(cls, drive: ShakerTable) -> ShakerModel:
         """The shaker a rig file describes."""
         currents = [drive.current_limit, drive.force_limit and drive.force_limit / drive.force_factor]
         return cls(
@@ -79,7 +78,7 @@ class Shaker:
         if self.current_limit and self.output_resistance:
             yield "reference", _beyond(self.current_limit, self.coil_resistance + self.output_resistance)
         elif self.current_limit:
-            yield "current", _beyond(self.current_limit, GIVES_WAY * self.coil_resistance)
+            yield "current", _beyond(self.current_limit, LIMITS.gives_way * self.coil_resistance)
         if self.stroke_limit:
             yield "stroke", _beyond(self.stroke_limit, self.stop_stiffness)
         if self.half_force_stroke:

@@ -16,33 +16,19 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from twin.campaign.case import CaseResult
+from twin.campaign.limits import LIMITS
+from twin.diagnose.limits import LIMITS as DIAGNOSE
 from twin.diagnose.models import CAUSES
-from twin.diagnose.posterior import (
-    LOG_ODDS_OF_A_CAUSE,
-    LOG_ODDS_OF_UNKNOWN,
-    TEMPERATURE,
-    Weighed,
-    probabilities,
-    smallest_set,
-)
+from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, LOG_ODDS_OF_UNKNOWN, Weighed, probabilities, smallest_set
 
 Array = NDArray[Any]
-
-LEAST_CASES = 10
-"""Of each part."""
-LEAST_PROBABILITY = 1e-3
-"""Given to a truth that was not tried: its score must not be without end."""
-WIDE = 2.0
-"""Standard deviation of the prior of each number's logarithm: a factor of seven."""
-CLASSES = 10
-"""Of probability, evenly, for the calibration error (Naeini et al. 2015)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RuleNumbers:
     """What turns log evidence into probabilities."""
 
-    temperature: float = TEMPERATURE
+    temperature: float = DIAGNOSE.posterior_temperature
     log_odds_of_a_cause: float = LOG_ODDS_OF_A_CAUSE
     log_odds_of_unknown: float = LOG_ODDS_OF_UNKNOWN
 
@@ -123,9 +109,9 @@ def calibrate(results: Sequence[CaseResult]) -> RuleCalibration:
     learnt_seeds = set(sorted({result.plan.seed for result in results})[::2])
     from_these = [result for result in results if result.plan.seed in learnt_seeds]
     learn, others = _cases(from_these), _cases([r for r in results if r.plan.seed not in learnt_seeds])
-    if min(len(learn), len(others)) < LEAST_CASES:
+    if min(len(learn), len(others)) < LIMITS.least_cases:
         found = f"{len(learn)} and {len(others)} cases"
-        raise ValueError(f"{found} to learn from and to judge on, {LEAST_CASES} of each are needed")
+        raise ValueError(f"{found} to learn from and to judge on, {LIMITS.least_cases} of each are needed")
     in_use, learnt = RuleNumbers(), _likeliest(learn)
     return RuleCalibration(
         learnt_from=len(learn),
@@ -153,7 +139,7 @@ def _of_the_truth(case: _Case, numbers: RuleNumbers) -> float:
 
 def _likeliest(cases: Sequence[_Case]) -> RuleNumbers:
     """The numbers at which the truth is most probable."""
-    begin = np.array([np.log(TEMPERATURE), LOG_ODDS_OF_A_CAUSE, LOG_ODDS_OF_UNKNOWN])
+    begin = np.array([np.log(DIAGNOSE.posterior_temperature), LOG_ODDS_OF_A_CAUSE, LOG_ODDS_OF_UNKNOWN])
 
     def numbers(x: Array) -> RuleNumbers:
         return RuleNumbers(
@@ -161,8 +147,8 @@ def _likeliest(cases: Sequence[_Case]) -> RuleNumbers:
         )
 
     def cost(x: Array) -> float:
-        score = sum(np.log(max(_of_the_truth(case, numbers(x)), LEAST_PROBABILITY)) for case in cases)
-        return float(0.5 * np.sum(((x - begin) / WIDE) ** 2) - score)
+        score = sum(np.log(max(_of_the_truth(case, numbers(x)), LIMITS.least_probability)) for case in cases)
+        return float(0.5 * np.sum(((x - begin) / LIMITS.calibration_wide) ** 2) - score)
 
     return numbers(minimize(cost, begin, method="Nelder-Mead", options={"xatol": 0.01, "fatol": 0.01}).x)
 
@@ -189,7 +175,7 @@ def _judged(cases: Sequence[_Case], numbers: RuleNumbers) -> Judgement:
 
 def calibration_error(probability: Array, right: Array) -> float:
     """Mean over classes of probability, by their cases, of what was said less what came true."""
-    classes = np.minimum((probability * CLASSES).astype(int), CLASSES - 1)
+    classes = np.minimum((probability * LIMITS.calibration_classes).astype(int), LIMITS.calibration_classes - 1)
     error = 0.0
     for number in np.unique(classes):
         own = classes == number

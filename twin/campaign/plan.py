@@ -7,8 +7,8 @@ import numpy as np
 from recordings.errors import InputError
 from twin.bench import check_effects
 from twin.campaign.case import CasePlan
-from twin.causes import DRAWS
-from twin.causes.dice import Dice
+from twin.cause_registry import DRAWS
+from twin.cause_registry.dice import Dice
 from twin.rigs import Effect, Rig
 
 

@@ -11,13 +11,12 @@ from pathlib import Path
 from recordings.errors import InputError
 from recordings.whole import whole_file
 from twin.campaign.case import CasePlan, CaseResult, run_case
+from twin.campaign.limits import LIMITS
 from twin.diagnose.parallel_map import spawned_processes, undisturbed
 from twin.rigs import Rig
 
 CASES, RECORDINGS = "cases", "recordings"
 """Folders of the results and of kept recordings."""
-SCHEDULER_S = 10.0
-"""Patience with a scheduler that does not answer."""
 
 
 def run_campaign(
@@ -121,7 +120,7 @@ def _dask(scheduler: str) -> Iterator[Executor]:
     except ImportError as error:
         raise InputError("--scheduler", "", "needs Dask", "install it with the extra 'cluster'") from error
     try:
-        client = Client(scheduler, timeout=f"{SCHEDULER_S:g}s")
+        client = Client(scheduler, timeout=f"{LIMITS.scheduler_s:g}s")
     except (OSError, ValueError) as error:
         raise InputError("--scheduler", scheduler, f"cannot be reached: {error}", "start dask-scheduler") from error
     with client:

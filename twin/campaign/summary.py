@@ -11,12 +11,9 @@ from scipy.stats import binomtest
 
 from twin.campaign.case import CaseResult
 from twin.campaign.judgement import Outcome, covered, judge, named_first, probability_first, resolved
+from twin.campaign.limits import LIMITS
 
 FOUND: tuple[Outcome, ...] = ("right", "in a set")
-POWER = 0.9
-"""Share of cases in which an effect must be found for its size to count as detectable."""
-BINS = (0.0, 0.5, 0.8, 0.95, 0.99, 1.0)
-"""Edges of the classes of probability for the calibration."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,7 +159,7 @@ def _calibration(results: Sequence[CaseResult]) -> tuple[Calibration, ...]:
         (p, judge(r) == "right") for r in results if len(r.plan.causes) < 2 and (p := probability_first(r)) is not None
     ]
     out = []
-    for low, high in pairwise(BINS):
+    for low, high in pairwise(LIMITS.summary_bins):
         inside = [(p, right) for p, right in pairs if low < p <= high]
         if inside:
             mean, right = np.mean(inside, axis=0)
@@ -187,7 +184,7 @@ def _smallest(rows: Sequence[CauseRow]) -> dict[str, float | None]:
             continue
         smallest[label] = None
         for row in sorted((row for row in rows if row.label == label), key=lambda row: -row.strength):
-            if row.found < POWER * row.cases:
+            if row.found < LIMITS.summary_power * row.cases:
                 break
             smallest[label] = row.strength
     return smallest

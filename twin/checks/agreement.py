@@ -1,26 +1,39 @@
 """How a run's responses compare with the rig's linear model: their level, their direction, their shape."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from recordings.run import Run
+from twin.arrays import Array
 from twin.checks.expected import ExpectedResponse
-from twin.checks.responses import NoiseResponse, SineResponse
+from twin.checks.responses import NoiseResponse, SineResponse, noise_responses, sine_responses
 from twin.checks.thresholds import TURNED, UNRELATED
-
-__all__ = ["Agreement", "agreement_of", "clear_lines", "misfit"]
-
-Array = NDArray[Any]
 
 LEAST_LINES, LEAST_STEPS = 16, 4
 """Lines of noise, or steps of a sweep, that are enough to compare."""
 NARROW = 1.2
 """Ratio of the highest to the lowest frequency of a sweep about one resonance."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunBesideModel:
+    """What a run shows, and what the rig's linear model says that it should."""
+
+    run: Run
+    force: str
+    channels: tuple[str, ...]
+    noise: list[NoiseResponse]
+    sines: list[SineResponse]
+    expected: ExpectedResponse
+
+    @classmethod
+    def of(cls, run: Run, expected: ExpectedResponse, *, force: str, channels: tuple[str, ...]) -> "RunBesideModel":
+        """A run with responses (o,) to the force, in the order of the model's outputs."""
+        noise = noise_responses(run, force=force, channels=channels)
+        sines = sine_responses(run, force=force, channels=channels)
+        return cls(run=run, force=force, channels=channels, noise=noise, sines=sines, expected=expected)
 
 
 @dataclass(frozen=True)

@@ -1,23 +1,16 @@
 """Whether force and responses were recorded together, and whether the excitation reaches beyond half the rate."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
+from twin.checks.agreement import RunBesideModel
 from twin.checks.expected import ExpectedResponse
-from twin.checks.finding import Finding
+from twin.checks.finding import CheckFinding
 from twin.checks.responses import LEAST_SAMPLES, NoiseResponse, SineResponse
 from twin.checks.thresholds import ALIASED, NOT_A_SINE, UNRELATED
-
-__all__ = ["look_at_aliasing", "look_at_belonging"]
-
-Array = NDArray[Any]
 
 HARMONICS = 5
 """That a sine's response may have much of."""
@@ -29,33 +22,22 @@ TOP = (0.47, 0.499)
 """Of the sample rate: where a filter passes nothing."""
 
 
-def look_at_belonging(
-    run: Run,
-    noise: Sequence[NoiseResponse],
-    sines: Sequence[SineResponse],
-    expected: ExpectedResponse,
-    *,
-    force: str,
-    channels: Sequence[str],
-) -> list[Finding]:
+def look_at_belonging(seen: RunBesideModel) -> list[CheckFinding]:
     """Channels whose noise is not the force's, or whose steps are no sines; set aside where hardly anything moves."""
+    run, force, channels, expected = seen.run, seen.force, seen.channels, seen.expected
     measured = [s for sweep in sweeps(run) for s in sweep.stretches if s.step.frequency_Hz > 0]
-    findings: list[Finding] = []
+    findings: list[CheckFinding] = []
     for number, channel in enumerate(channels):
-        coherence = [_beyond_chance(float(np.median(one.coherence[:, number])), one.averages) for one in noise]
+        coherence = [_beyond_chance(float(np.median(one.coherence[:, number])), one.averages) for one in seen.noise]
         if coherence and max(coherence) < UNRELATED:
             found = f"median coherence {max(0.0, *coherence):.2g} beyond chance"
-            still = _is_still(noise, expected, number)
+            still = _is_still(seen.noise, expected, number)
             findings.append(_finding(run, channel, f"a response to {force}: coherence near 1", found, still=still))
     for number, channel in enumerate((force, *channels), start=-1):
         shares = [share for one in measured if np.isfinite(share := _share(run, channel, one))]
-        if (
-            shares
-            and np.median(shares) < NOT_A_SINE
-            and not (channel != force and _is_quiet(run, sines, expected, number))
-        ):
+        if shares and np.median(shares) < NOT_A_SINE and not (channel != force and _is_quiet(seen, number)):
             found = f"{np.median(shares):.0%} of its power there"
-            still = channel != force and _is_still(sines, expected, number)
+            still = channel != force and _is_still(seen.sines, expected, number)
             findings.append(_finding(run, channel, "sines at the steps' frequencies", found, still=still))
     return findings
 
@@ -76,24 +58,24 @@ def _is_still(responses: Sequence[NoiseResponse | SineResponse], expected: Expec
     return bool(np.median(size[:, number] / np.max(size[:, alike], axis=1)) < STILL)
 
 
-def _is_quiet(run: Run, sines: Sequence[SineResponse], expected: ExpectedResponse, number: int) -> bool:
+def _is_quiet(seen: RunBesideModel, number: int) -> bool:
     """Whether a response is small, and expected to be lost in that noise."""
-    channel = expected.model.outputs[number].channel
-    limit, samples = run.channels[channel].range, run.device_of(channel).values[channel]
-    size = [np.abs(expected.H(one.frequency_Hz)[:, number] * one.force) for one in sines]
+    channel = seen.channels[number]
+    limit, samples = seen.run.channels[channel].range, seen.run.device_of(channel).values[channel]
+    size = [np.abs(seen.expected.H(one.frequency_Hz)[:, number] * one.force) for one in seen.sines]
     power = float(np.nanvar(samples))
     if limit is None or not size or power > (QUIET * limit) ** 2:
         return False
     return float(np.median(np.concatenate(size)) ** 2) / 2 < NOT_A_SINE * power
 
 
-def _finding(run: Run, channel: str, expected: str, found: str, *, still: bool) -> Finding:
+def _finding(run: Run, channel: str, expected: str, found: str, *, still: bool) -> CheckFinding:
     if still:
-        return Finding(run.path, channel, "across", "next to nothing across the rig's motion", found, "set aside")
-    return Finding(run.path, channel, "unrelated", expected, found, "stopped")
+        return CheckFinding(run.path, channel, "across", "next to nothing across the rig's motion", found, "set aside")
+    return CheckFinding(run.path, channel, "unrelated", expected, found, "stopped")
 
 
-def look_at_aliasing(run: Run, *, force: str) -> list[Finding]:
+def look_at_aliasing(run: Run, *, force: str) -> list[CheckFinding]:
     """Whether a noise's force reaches up to half the sample rate, from beyond which more then folds back."""
     device = run.device_of(force)
     for sweep in sweeps(run):
@@ -107,7 +89,7 @@ def look_at_aliasing(run: Run, *, force: str) -> list[Finding]:
             if top > ALIASED * float(np.mean(power)):
                 expected = f"no force near half its sample rate of {device.sample_rate_Hz:g} Hz"
                 found = f"{top / float(np.mean(power)):.0%} of its mean density there: no anti-aliasing filter?"
-                return [Finding(run.path, force, "aliasing", expected, found, "told")]
+                return [CheckFinding(run.path, force, "aliasing", expected, found, "told")]
     return []
 
 

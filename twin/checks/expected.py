@@ -1,21 +1,14 @@
 """What the rig's linear model says that a recording should show; no fit."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.linear_model import LinearModel, Output, build_linear_model
 from twin.identify.structural_modification import attach
 from twin.rigs import Rig
-
-__all__ = ["ExpectedResponse"]
-
-Array = NDArray[Any]
 
 REACH = 0.7
 """Of the highest kept mode's frequency, from which on those left out take part."""
@@ -28,7 +21,7 @@ class ExpectedResponse:
     model: LinearModel
 
     @classmethod
-    def of(cls, rig: Rig, outputs: Sequence[Output], preload: str) -> ExpectedResponse:
+    def of(cls, rig: Rig, outputs: Sequence[Output], preload: str) -> "ExpectedResponse":
         """Of the rig's channels, in the order of `outputs`."""
         return cls(build_linear_model(rig, list(outputs), preload=preload))
 

@@ -1,14 +1,10 @@
 """What a first look at recordings saw."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from recordings.errors import InputError, printable
-
-__all__ = ["Action", "Finding"]
 
 Action = Literal["stopped", "set aside", "told"]
 
@@ -40,7 +36,7 @@ REMEDIES = {
 
 
 @dataclass(frozen=True)
-class Finding:
+class CheckFinding:
     """One thing that is not as it should be.
 
     Attributes

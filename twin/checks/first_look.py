@@ -1,7 +1,5 @@
 """All checks in their order: each may rely on what those before it have let pass."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -12,16 +10,15 @@ import numpy as np
 from recordings.errors import InputError
 from recordings.run import Run
 from recordings.whereabouts import working_on
-from twin.checks.agreement import agreement_of
+from twin.checks.agreement import RunBesideModel, agreement_of
 from twin.checks.belonging import look_at_aliasing, look_at_belonging
 from twin.checks.clock import look_at_clock
 from twin.checks.expected import ExpectedResponse
-from twin.checks.finding import Finding
+from twin.checks.finding import CheckFinding
 from twin.checks.held import amplitudes_over_target, look_at_target
 from twin.checks.order import look_at_directions, look_at_order
 from twin.checks.preload import look_at_preload
 from twin.checks.quantities import look_at_quantities
-from twin.checks.responses import noise_responses, sine_responses
 from twin.checks.said import look_at_days, look_at_metadata
 from twin.checks.same_run import look_at_copies, without_repeats
 from twin.checks.samples import look_at_samples
@@ -32,8 +29,6 @@ from twin.diagnose.signals import as_known
 from twin.identify.measured_data import common_preload, response_outputs
 from twin.identify.rig_channels import drive_of, in_directions_of, own_channels, without_channels
 from twin.rigs import Rig
-
-__all__ = ["FirstLook", "first_look"]
 
 Seen = TypeVar("Seen")
 
@@ -46,25 +41,25 @@ class FirstLook:
     ----------
     runs, held_out : tuple of Run
         To go on with.
-    findings : tuple of Finding
+    findings : tuple of CheckFinding
         Those that stop first.
     """
 
     runs: tuple[Run, ...]
     held_out: tuple[Run, ...]
-    findings: tuple[Finding, ...]
+    findings: tuple[CheckFinding, ...]
 
     @property
     def stopped(self) -> bool:
         """Whether no fit should be begun."""
-        return any(finding.action == "stopped" for finding in self.findings)
+        return _stops(self.findings)
 
     @property
     def told(self) -> tuple[str, ...]:
         """A line for each finding."""
         return tuple(finding.line for finding in self.findings)
 
-    def passed(self) -> FirstLook:
+    def passed(self) -> "FirstLook":
         """Itself, where nothing stops.
 
         Raises
@@ -104,12 +99,12 @@ def first_look(runs: Sequence[Run], rig: Rig, *, held_out: Sequence[Run] = (), p
     clean = [run for run, _ in looked]
     findings += [finding for _, found in looked for finding in found]
     findings += [finding for run in clean for finding in _blamed(run, look_at_copies)]
-    if not any(finding.action == "stopped" for finding in findings):
+    if not _stops(findings):
         findings += [finding for run in clean for finding in _blamed(run, lambda run: look_at_clock(run, force=force))]
-    if not any(finding.action == "stopped" for finding in findings):
+    if not _stops(findings):
         first, second, repeated = without_repeats(clean[:learnt], clean[learnt:], force=force)
         findings += repeated
-        if not any(finding.action == "stopped" for finding in repeated):
+        if not _stops(repeated):
             findings += _against_model(first, second, rig, common, findings)
             across = {finding.channel for finding in findings if finding.kind == "across"}
             first, second = ([without_channels(run, across) for run in runs] for runs in (first, second))
@@ -123,15 +118,19 @@ def _blamed(run: Run, look: Callable[[Run], Seen]) -> Seen:
         return look(run)
 
 
-def _in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+def _stops(findings: Sequence[CheckFinding]) -> bool:
+    return any(finding.action == "stopped" for finding in findings)
+
+
+def _in_order(findings: Sequence[CheckFinding]) -> tuple[CheckFinding, ...]:
     """Those that stop first, then what was set aside, then the rest."""
     order = ("stopped", "set aside", "told")
     return tuple(sorted(findings, key=lambda finding: order.index(finding.action)))
 
 
 def _against_model(
-    learnt: Sequence[Run], held_out: Sequence[Run], rig: Rig, preload: str, before: Sequence[Finding]
-) -> list[Finding]:
+    learnt: Sequence[Run], held_out: Sequence[Run], rig: Rig, preload: str, before: Sequence[CheckFinding]
+) -> list[CheckFinding]:
     """What the rig's linear model has to say, and what goes with it."""
     runs = [*learnt, *held_out]
     try:
@@ -147,31 +146,27 @@ def _against_model(
     by_drive = {drive: ExpectedResponse.of(rig.driven_by(drive), outputs, preload) for drive in rig.drives}
     drives = [drive_of(run, rig) for run in runs]
     known = {str(effect.parameters.get("channel", "")) for effect in rig.effect}
-    findings: list[Finding] = []
+    findings: list[CheckFinding] = []
     responses, agreeing = [], []
     for run, drive in zip(runs, drives, strict=True):
-        expected = by_drive[drive]
         with working_on(run.path):
-            noise = noise_responses(run, force=force, channels=channels)
-            sines = sine_responses(run, force=force, channels=channels)
-            responses.append((noise, sines))
+            seen = RunBesideModel.of(run, by_drive[drive], force=force, channels=channels)
+            responses.append(seen)
             over_target = amplitudes_over_target(run, (force, *channels))
-            own = look_at_belonging(run, noise, sines, expected, force=force, channels=channels)
-            own = own or look_at_target(run, over_target, force=force)
-            if not any(finding.action == "stopped" for finding in own):
-                own += look_at_order(run, noise, sines, expected, force=force, channels=channels)
+            own = look_at_belonging(seen) or look_at_target(run, over_target, force=force)
+            if not _stops(own):
+                own += look_at_order(seen)
             own += look_at_aliasing(run, force=force)
             findings += own
-            agreement = agreement_of(noise, sines, expected)
-            if any(finding.action == "stopped" for finding in own):
+            if _stops(own):
                 continue
+            agreement = agreement_of(seen.noise, seen.sines, seen.expected)
             commanded = _commanded(run, over_target, force)
             if agreement is None:
                 findings += look_at_commanded(run.path, commanded, force=force)
                 continue
             agreeing.append((run, agreement))
-            other = look_at_quantities(run, noise, sines, expected, agreement)
-            findings += other or look_at_scale(
+            findings += look_at_quantities(seen, agreement) or look_at_scale(
                 run.path, agreement, channels, force=force, commanded=commanded, known=known
             )
             if np.min(agreement.shape) > SHAPE and any(one.kind == "rig" and one.run == run.path for one in before):
@@ -181,14 +176,14 @@ def _against_model(
                 )
     if not known.intersection(channels):
         findings += look_at_directions(agreeing, force=force, channels=channels)
-    if not any(finding.action == "stopped" for finding in findings):
+    if not _stops(findings):
         for drive, expected in by_drive.items():
             of_drive = [n for n, one in enumerate(drives) if one == drive]
             first = [responses[n] for n in of_drive if n < len(learnt)]
             second = [responses[n] for n in of_drive if n >= len(learnt)]
             driven = rig.driven_by(drive)
             others = {name: ExpectedResponse.of(driven, outputs, name) for name in rig.preloads if name != preload}
-            noises = [one for noise, _ in [*first, *second] for one in noise]
+            noises = [one for seen in [*first, *second] for one in seen.noise]
             findings += look_at_preload(noises, {preload: expected, **others}, preload)
             findings += look_at_specimens(first, second, expected)
     return findings

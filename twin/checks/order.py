@@ -1,24 +1,16 @@
 """Channels that are swapped or turned: which order of them has the model's shapes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import permutations
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.run import Run
-from twin.checks.agreement import Agreement, clear_lines, misfit
-from twin.checks.expected import ExpectedResponse
-from twin.checks.finding import Action, Finding
-from twin.checks.responses import NoiseResponse, SineResponse, noise_responses
+from twin.arrays import Array
+from twin.checks.agreement import Agreement, RunBesideModel, clear_lines, misfit
+from twin.checks.finding import Action, CheckFinding
+from twin.checks.responses import NoiseResponse, noise_responses
 from twin.checks.thresholds import CLEARER, SHAPE
-
-__all__ = ["look_at_directions", "look_at_order"]
-
-Array = NDArray[Any]
 
 MOST_CHANNELS = 6
 """Whose orders are all tried."""
@@ -26,36 +18,26 @@ FIRST_MISFIT = 0.1
 """Below that no better order is looked for: sound recordings have 0.01 to 0.4."""
 
 
-def look_at_order(
-    run: Run,
-    noise: Sequence[NoiseResponse],
-    sines: Sequence[SineResponse],
-    expected: ExpectedResponse,
-    *,
-    force: str,
-    channels: tuple[str, ...],
-) -> list[Finding]:
+def look_at_order(seen: RunBesideModel) -> list[CheckFinding]:
     """At most one finding: another order of the channels that fits several times better than the file's."""
+    force, channels = seen.force, seen.channels
     if len(channels) >= MOST_CHANNELS:
         return []
-    best = None
-    if noise:
-        best = _by_noise(run, noise[0], expected, force=force, channels=channels)
-    elif sines and len(channels) > 1:
-        best = _by_sines(sines, expected, force=force, channels=channels)
+    best = _by_noise(seen) if seen.noise else _by_sines(seen) if seen.sines and len(channels) > 1 else None
     if best is None:
         return []
     order, misfits = best
     moved = [f"{was} is {name}" for was, name in zip((force, *channels), order, strict=True) if was != name]
     expected_text = f"the rig's shapes of response (misfit {misfits[0]:.2f}, in that order {misfits[1]:.2f})"
     found = f"another order fits: {', '.join(moved)}"
-    return [Finding(run.path, order[0] if order[0] != force else "", "swapped", expected_text, found, "stopped")]
+    return [
+        CheckFinding(seen.run.path, order[0] if order[0] != force else "", "swapped", expected_text, found, "stopped")
+    ]
 
 
-def _by_noise(
-    run: Run, noise: NoiseResponse, expected: ExpectedResponse, *, force: str, channels: tuple[str, ...]
-) -> tuple[tuple[str, ...], tuple[float, float]] | None:
+def _by_noise(seen: RunBesideModel) -> tuple[tuple[str, ...], tuple[float, float]] | None:
     """By the interquartile range of each channel's log response over another one's expected one."""
+    noise, expected, force, channels = seen.noise[0], seen.expected, seen.force, seen.channels
     every = (force, *channels)
 
     def table(of: NoiseResponse) -> Array:
@@ -72,7 +54,7 @@ def _by_noise(
     # What force is swapped with drives; only where the file's own force makes no response of the rig's at all.
     for drives in every if own > SHAPE else (force,):
         rest = tuple(name for name in every if name != drives)
-        of = noise if drives == force else noise_responses(run, force=drives, channels=rest)[0]
+        of = noise if drives == force else noise_responses(seen.run, force=drives, channels=rest)[0]
         costs = table(of)
         for order in permutations(range(len(rest))):
             cost = float(np.mean(costs[range(len(rest)), order]))
@@ -83,15 +65,13 @@ def _by_noise(
     return (order_found, (own, cost)) if order_found != every and CLEARER * cost < own else None
 
 
-def _by_sines(
-    sines: Sequence[SineResponse], expected: ExpectedResponse, *, force: str, channels: tuple[str, ...]
-) -> tuple[tuple[str, ...], tuple[float, float]] | None:
+def _by_sines(seen: RunBesideModel) -> tuple[tuple[str, ...], tuple[float, float]] | None:
     """By the ratios of the channels' responses, which near a resonance are its shape's."""
-    logs = [np.log(np.abs(one.H)) - np.log(np.abs(expected.H(one.frequency_Hz))) for one in sines if one.H.all()]
-    if not logs:
+    expected, channels, moving = seen.expected, seen.channels, [one for one in seen.sines if one.H.all()]
+    if not moving:
         return None
-    nominal = np.log(np.abs(np.concatenate([expected.H(one.frequency_Hz) for one in sines if one.H.all()])))
-    measured = np.concatenate(logs) + nominal
+    nominal = np.log(np.abs(np.concatenate([expected.H(one.frequency_Hz) for one in moving])))
+    measured = np.log(np.abs(np.concatenate([one.H for one in moving])))
 
     def cost(order: tuple[int, ...]) -> float:
         return float(np.ptp(np.median(measured - nominal[:, list(order)], axis=0)))
@@ -102,10 +82,12 @@ def _by_sines(
     best = min(orders, key=cost)
     if best == same or cost(same) < SHAPE or CLEARER * cost(best) > cost(same):
         return None
-    return (force, *(channels[j] for j in best)), (cost(same), cost(best))
+    return (seen.force, *(channels[j] for j in best)), (cost(same), cost(best))
 
 
-def look_at_directions(runs: Sequence[tuple[Run, Agreement]], *, force: str, channels: Sequence[str]) -> list[Finding]:
+def look_at_directions(
+    runs: Sequence[tuple[Run, Agreement]], *, force: str, channels: Sequence[str]
+) -> list[CheckFinding]:
     """Channels that move against the model in all runs, or in some of them only.
 
     A single turned response is told: to name it is a diagnosis' business.  Where all of several are turned it is the
@@ -122,5 +104,5 @@ def look_at_directions(runs: Sequence[tuple[Run, Agreement]], *, force: str, cha
         found += ", and not in every run" if len(turned) > 1 else ""
         action: Action = "stopped" if whole or len(turned) > 1 else "told"
         expected = "the direction that the rig's model has"
-        findings.append(Finding(run.path, force if whole else names[0], "direction", expected, found, action))
+        findings.append(CheckFinding(run.path, force if whole else names[0], "direction", expected, found, action))
     return findings

@@ -1,50 +1,37 @@
 """Responses that are those of another quantity than their channel's label: a vibrometer's velocity as acceleration."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
 
-from recordings.run import Run
-from twin.checks.agreement import Agreement, agreement_of
-from twin.checks.expected import ExpectedResponse
-from twin.checks.finding import Finding
+from twin.checks.agreement import Agreement, RunBesideModel, agreement_of
+from twin.checks.finding import CheckFinding
 from twin.checks.responses import NoiseResponse, SineResponse
 from twin.checks.thresholds import GAIN, SHAPE
-
-__all__ = ["look_at_quantities"]
 
 Response = TypeVar("Response", NoiseResponse, SineResponse)
 
 MOTIONS = ("displacement", "velocity", "acceleration")
 
 
-def look_at_quantities(
-    run: Run,
-    noise: Sequence[NoiseResponse],
-    sines: Sequence[SineResponse],
-    expected: ExpectedResponse,
-    agreement: Agreement,
-) -> list[Finding]:
+def look_at_quantities(seen: RunBesideModel, agreement: Agreement) -> list[CheckFinding]:
     """Channels with the level and the shape of the model's response only as another quantity of motion."""
     findings = []
-    for number, output in enumerate(expected.model.outputs):
+    for number, output in enumerate(seen.expected.model.outputs):
         if output.quantity not in MOTIONS or _near(agreement, number):
             continue
         for other, name in enumerate(MOTIONS):
             order = MOTIONS.index(output.quantity) - other
             if order == 0:
                 continue
-            derived = [_derived(one, order) for one in noise], [_derived(one, order) for one in sines]
-            taken = agreement_of(*derived, expected)
+            derived = [_derived(one, order) for one in seen.noise], [_derived(one, order) for one in seen.sines]
+            taken = agreement_of(*derived, seen.expected)
             if taken is not None and _near(taken, number) and not taken.turned[number]:
                 found = f"its level is that of a {name}, {taken.level[number]:.2f} times the model's"
                 labelled = f"{output.quantity}, as its label says"
-                findings.append(Finding(run.path, output.channel, "quantity", labelled, found, "stopped"))
+                findings.append(CheckFinding(seen.run.path, output.channel, "quantity", labelled, found, "stopped"))
                 break
     return findings
 

@@ -1,22 +1,15 @@
 """Responses per force of one recording, quickly: from noise by Welch's method, from sines by one line a step."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
+from twin.arrays import Array
 from twin.identify.broadband import find_resonances
 from twin.identify.spectrum import broadband_records, h1
-
-__all__ = ["NoiseResponse", "SineResponse", "line_of", "noise_responses", "sine_responses"]
-
-Array = NDArray[Any]
 
 LEAST_SAMPLES = 16
 """Of a step that can be fitted."""

@@ -1,25 +1,18 @@
 """Whether runs are of one specimen: its resonance at one amplitude is the same in all of them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from twin.checks.agreement import agreement_of
+from twin.arrays import Array
+from twin.checks.agreement import RunBesideModel, agreement_of
 from twin.checks.expected import ExpectedResponse
-from twin.checks.finding import Finding
+from twin.checks.finding import CheckFinding
 from twin.checks.responses import NoiseResponse, SineResponse
 from twin.checks.thresholds import DRIFTING, SPECIMEN, SPECIMEN_IN_NOISE
 from twin.identify.linear_model import Output
-
-__all__ = ["Backbone", "backbone_of", "look_at_specimens", "noise_resonance"]
-
-Array = NDArray[Any]
 
 ABOUT = 0.02
 """Relative distance to the resonance within which a step says where it is."""
@@ -45,7 +38,7 @@ class Backbone:
     amplitude: Array
     resonance_Hz: Array
 
-    def apart(self, other: Backbone) -> float:
+    def apart(self, other: "Backbone") -> float:
         """Median relative distance of another one at the same amplitudes; nan where they share too few."""
         if len(self.amplitude) < 2:
             return np.nan
@@ -118,24 +111,22 @@ def _resonances(f: Array, H: Array, output: Output, expected: ExpectedResponse, 
 
 
 def look_at_specimens(
-    learnt: Sequence[tuple[Sequence[NoiseResponse], Sequence[SineResponse]]],
-    held_out: Sequence[tuple[Sequence[NoiseResponse], Sequence[SineResponse]]],
-    expected: ExpectedResponse,
-) -> list[Finding]:
+    learnt: Sequence[RunBesideModel], held_out: Sequence[RunBesideModel], expected: ExpectedResponse
+) -> list[CheckFinding]:
     """Runs whose resonances are not those of the learnt sweeps."""
-    findings: list[Finding] = []
-    learnt_sweeps = [one for _, sines in learnt for one in sines]
+    findings: list[CheckFinding] = []
+    learnt_sweeps = [one for seen in learnt for one in seen.sines]
     for near_Hz in expected.resonances_Hz:
         every = backbone_of(learnt_sweeps, expected, near_Hz)
         if not len(every.amplitude):
             continue
         each = [backbone_of([one], expected, near_Hz) for one in learnt_sweeps]
         drift = max((abs(apart) for a, b in pairwise(each) if np.isfinite(apart := a.apart(b))), default=0.0)
-        for one in (sine for _, sines in held_out for sine in sines):
+        for one in (sine for seen in held_out for sine in seen.sines):
             apart = every.apart(backbone_of([one], expected, near_Hz))
             if abs(apart) > max(SPECIMEN, DRIFTING * drift):
                 findings.append(_finding(one.run, f"sweep {one.sweep}", apart, near_Hz, "at the same amplitudes"))
-        for record in (noise for noises, _ in (*learnt, *held_out) for noise in noises):
+        for record in (noise for seen in (*learnt, *held_out) for noise in seen.noise):
             resonance = noise_resonance(record, expected, near_Hz)
             apart = resonance / float(np.clip(resonance, *every.at_rest_Hz)) - 1
             if abs(apart) > SPECIMEN_IN_NOISE:
@@ -143,6 +134,8 @@ def look_at_specimens(
     return findings
 
 
-def _finding(run: str, what: str, apart: float, near_Hz: float, where: str) -> Finding:
+def _finding(run: str, what: str, apart: float, near_Hz: float, where: str) -> CheckFinding:
     found = f"{what} has it {apart:+.2%} off: another specimen, or a change since?"
-    return Finding(run, "", "specimen", f"the learnt sweeps' resonance near {near_Hz:.4g} Hz {where}", found, "told")
+    return CheckFinding(
+        run, "", "specimen", f"the learnt sweeps' resonance near {near_Hz:.4g} Hz {where}", found, "told"
+    )

@@ -13,18 +13,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import refuse_existing
-from twin.commands.common.numbers import FiniteRange
-from twin.commands.common.output import (
-    console,
-    json_option,
-    next_step,
-    overwrite_option,
-    print_json,
-    progress_bar,
-    say,
-    stage,
-)
-from twin.commands.common.own_code import laws_option
+from twin.commands.common.options import FILE, FiniteRange, json_option, laws_option, overwrite_option
+from twin.commands.common.output import console, next_step, print_json, progress_bar, say, stage
 from twin.commands.common.viewing import Watch, WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:
@@ -32,13 +22,13 @@ if TYPE_CHECKING:
     from recordings import Event, Indicator, RunWriter, SampleBlock, Step
     from recordings.streams import Acquisition
     from twin.procedures import Procedure, ProcedureResult, RunSink, StepResult
-    from twin.views.live.about import LiveAbout
+    from twin.rigs import Rig
 
 
 @click.command()
 @click.argument("procedure_name", metavar="[PROCEDURE]", required=False)
-@click.option("--instruments", required=True, type=click.Path(path_type=Path), help="Devices and their addresses.")
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="RUN", help="The recording to be made.")
+@click.option("--instruments", required=True, type=FILE, help="Devices and their addresses.")
+@click.option("--out", required=True, type=FILE, metavar="RUN", help="The recording to be made.")
 @click.option("--rig", "rig_name", metavar="RIG", help="What is assumed of the rig, attached to the recording.")
 @click.option("--preload", metavar="NAME", help="The joint's preload, by its name in the rig file.")
 @click.option("--seconds", type=FiniteRange(min=0, min_open=True), help="Without a procedure: how long.")
@@ -68,18 +58,24 @@ def command(
     from drivers.host import open_instruments
     from recordings import RunWriter
     from twin.procedures import check_channels, dump_procedure, load_procedure
+    from twin.rigs import load_rig
+    from twin.views.live.about import LiveAbout
 
     procedure = load_procedure(procedure_name) if procedure_name is not None else None
     if procedure is not None and seconds is not None:
         raise InputError("--seconds", "", "a procedure has its own duration", "leave one of them out")
-    info, attachments = _beliefs(rig_name, preload)
+    rig = load_rig(rig_name) if rig_name is not None else None
+    info, attachments = _beliefs(rig, preload)
     if procedure is not None:
         attachments["procedure.toml"] = dump_procedure(procedure)
         info |= {"procedure": Path(str(procedure_name)).stem, "stored": procedure.store}
         info |= {"drive": procedure.drive} if procedure.drive else {}
     refuse_existing(out, overwrite=overwrite)
     watch.check(overwrite=overwrite)
-    branches = _branches(rig_name, preload, procedure) if watch.wanted else []
+    branches: list[dict[str, Any]] = []
+    if watch.wanted and rig is not None and procedure is not None:
+        with console.status("predicting the branches"):
+            branches = known_branches(rig.driven_by(procedure.drive), preload, procedure)
     with open_instruments(instruments) as acquisition:
         info["source"] = _origin(acquisition.identity)
         for value, quantity in acquisition.meter_values.values():
@@ -88,9 +84,10 @@ def command(
         if procedure is not None:
             check_channels(procedure, acquisition.channels)
 
-        def about() -> LiveAbout:
-            return _about(info, acquisition, procedure, branches)
-
+        title = " · ".join(info[name] for name in ("rig", "procedure") if info.get(name)) or "Recording"
+        about = LiveAbout(
+            title=title, channels=tuple(acquisition.channels), procedure=procedure, branches=tuple(branches)
+        )
         try:
             writer = RunWriter(
                 out, info=info, channels=acquisition.channels, attachments=attachments, overwrite=overwrite
@@ -120,25 +117,6 @@ def command(
             if ended["state"] == "interrupted" and not sink.samples:
                 writer.abandon()
     return _tell(out, sink, ended, as_json)
-
-
-def _branches(rig_name: str | None, preload: str | None, procedure: Procedure | None) -> list[dict[str, Any]]:
-    from twin.rigs import load_rig
-
-    if rig_name is None:
-        return []
-    with console.status("predicting the branches"):
-        rig = load_rig(rig_name)
-        return known_branches(rig.driven_by(procedure.drive) if procedure else rig, preload, procedure)
-
-
-def _about(
-    info: dict[str, str], acquisition: RigAcquisition, procedure: Procedure | None, branches: list[dict[str, Any]]
-) -> LiveAbout:
-    from twin.views.live.about import LiveAbout
-
-    title = " · ".join(text for text in (info.get("rig"), info.get("procedure")) if text) or "Recording"
-    return LiveAbout(title=title, channels=tuple(acquisition.channels), procedure=procedure, branches=tuple(branches))
 
 
 class _CountingSink:
@@ -182,15 +160,14 @@ class _CountingSink:
         self._writer.write_indicator(indicator)
 
 
-def _beliefs(rig_name: str | None, preload: str | None) -> tuple[dict[str, str], dict[str, bytes]]:
+def _beliefs(rig: Rig | None, preload: str | None) -> tuple[dict[str, str], dict[str, bytes]]:
     """Metadata and attachments that say what is assumed of the rig."""
-    if rig_name is None:
+    if rig is None:
         if preload is not None:
             raise InputError("--preload", "", "names a preload of a rig file", "add --rig")
         return {}, {}
-    from twin.rigs import known_preload, load_rig, nominal_rig_file, preload_record
+    from twin.rigs import known_preload, nominal_rig_file, preload_record
 
-    rig = load_rig(rig_name)
     info = {"rig": rig.name, **preload_record(known_preload(rig, preload))}
     return info, {"rig.toml": nominal_rig_file(rig)}
 
@@ -277,19 +254,12 @@ def _tell(out: Path, sink: _CountingSink, ended: dict[str, Any], as_json: bool) 
     for name, count in sink.events.items():
         event = sink.first_events[name]
         say(f"{count} x {name}, first at {event.time_ns * 1e-9:.3f} s: {event.detail}")
-    if as_json:
-        print_json(
-            {
-                **ended,
-                "recording": out,
-                "samples": dict(sink.samples),
-                "lost_samples": dict(sink.lost),
-                "events": dict(sink.events),
-            }
-        )
-    outcome = f"{ended['state']}: {ended['reason']}" if ended["reason"] else ended["state"]
     total = sum(sink.samples.values())
+    if as_json:
+        counted = {"samples": dict(sink.samples), "lost_samples": dict(sink.lost), "events": dict(sink.events)}
+        print_json({**ended, "recording": out, **counted})
+    outcome = f"{ended['state']}: {ended['reason']}" if ended["reason"] else ended["state"]
     say(f"{outcome}; {ended['steps']} steps, {total} samples in {out}")
-    if sum(sink.samples.values()):
+    if total:
         next_step(f"twin check {shlex.quote(str(out))}, or twin view {shlex.quote(str(out))}")
     return 0 if ended["state"] == "done" else 1

@@ -12,18 +12,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.staging import staged_folder
-from twin.commands.common.numbers import FiniteRange
-from twin.commands.common.output import (
-    console,
-    json_option,
-    print_json,
-    print_tables,
-    progress_bar,
-    say,
-    stage,
-    write_json,
-)
-from twin.commands.common.own_code import causes_option, laws_option
+from twin.commands.common.options import FILE, FiniteRange, causes_option, json_option, laws_option
+from twin.commands.common.output import console, print_json, print_tables, progress_bar, say, stage, write_json
 
 if TYPE_CHECKING:
     from twin.campaign import CampaignSummary, CasePlan, CaseResult, CauseRow, RuleCalibration
@@ -33,8 +23,8 @@ if TYPE_CHECKING:
 SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png"
 
 
-@click.command(name="campaign", short_help="Hide causes in many virtual rigs and see how well they are found.")
-@click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder of the cases and the table.")
+@click.command(name="campaign")
+@click.option("--out", required=True, type=FILE, help="Folder of the cases and the table.")
 @click.option(
     "--rig", "rig_names", multiple=True, default=("steel-lap-joint",), show_default=True, metavar="RIG",
     help="As assumed; repeatable, or all that are shipped: all.",

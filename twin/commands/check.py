@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from twin.commands.common.output import json_option, next_step, print_json, say, working
+from twin.commands.common.options import FILE, json_option, overwrite_option
+from twin.commands.common.output import next_step, print_json, say, working
 
 if TYPE_CHECKING:
     from recordings.check import CheckReport
@@ -19,15 +20,14 @@ LISTED = 20
 
 
 @click.command(name="check")
-@click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=FILE)
 @click.option(
     "--rig", "rig_name", metavar="RIG", help="A shipped rig's name or a TOML file, which the runs are looked at beside."
 )
-@click.option(
-    "--recover", "out", type=click.Path(path_type=Path), help="Write what is still complete to this new file."
-)
+@click.option("--recover", "out", type=FILE, help="Write what is still complete to this new file.")
+@overwrite_option
 @json_option
-def command(runs: tuple[Path, ...], rig_name: str | None, out: Path | None, as_json: bool) -> int:
+def command(runs: tuple[Path, ...], rig_name: str | None, out: Path | None, overwrite: bool, as_json: bool) -> int:
     """Check RUNs (.mcap) against the recording contract; a .csv is checked as a table of sweeps or of modes.
 
     With a RIG, sound recordings are looked at beside it, without a fit: units, channels that are swapped, turned or
@@ -52,7 +52,7 @@ def command(runs: tuple[Path, ...], rig_name: str | None, out: Path | None, as_j
     rig = load_rig(rig_name) if rig_name else None
     with working(f"checking {', '.join(run.name for run in runs)}") as begin:
         reports = [check_run(run) for run in runs]
-        recovered = recover(runs[0], out) if out else None
+        recovered = recover(runs[0], out, overwrite=overwrite) if out else None
         whole = all(report.sound for report in reports)
         if rig is not None:
             begin("a first look beside the rig")

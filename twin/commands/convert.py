@@ -9,16 +9,16 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import refuse_existing
-from twin.commands.common.numbers import FiniteRange
-from twin.commands.common.output import json_option, overwrite_option, print_json, say, working
+from twin.commands.common.options import FILE, FiniteRange, json_option, overwrite_option
+from twin.commands.common.output import print_json, say, working
 
 if TYPE_CHECKING:
     from recordings.convert import Format
 
 
 @click.command(name="convert")
-@click.argument("source", metavar="IN", type=click.Path(path_type=Path))
-@click.argument("target", metavar="OUT", type=click.Path(path_type=Path))
+@click.argument("source", metavar="IN", type=FILE)
+@click.argument("target", metavar="OUT", type=FILE)
 @overwrite_option
 @click.option("--frf", is_flag=True, help="Write frequency responses instead of samples; OUT is .uff or .unv.")
 @click.option("--sweep", metavar="NAME", help="With --frf: of this sweep only.  All if left out.")

@@ -12,8 +12,8 @@ import click
 from recordings.beside import temporary_folder
 from recordings.errors import InputError
 from recordings.staging import staged_folder
-from twin.commands.common.output import json_option, overwrite_option, print_json, say, write_json
-from twin.commands.common.own_code import causes_option
+from twin.commands.common.options import FILE, causes_option, json_option, overwrite_option
+from twin.commands.common.output import print_json, say, write_json
 from twin.commands.common.served import ServedRig, ServedRigError
 from twin.commands.common.stages import Stages
 from twin.commands.demo_ending import tell_result
@@ -33,8 +33,8 @@ RESULT, REPORT, VIEW, TRUTH = "result.json", "report.html", "run.rrd", "hidden-r
 RESULTS = (RESULT, REPORT, VIEW, TRUTH, "broadband.mcap", "run.mcap", "held-out.mcap", "extended.toml", "next.toml")
 
 
-@click.command(short_help="The main job from end to end, on a rig with a hidden effect.")
-@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the results; demo-SEED.")
+@click.command()
+@click.option("--out", type=FILE, metavar="DIR", help="Folder of the results; demo-SEED.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), help="Of what is hidden and of the noise; any if left out.")
 @click.option("--cause", metavar="NAME", help="Hide this cause, or none, instead of drawing one.")
 @overwrite_option
@@ -48,7 +48,11 @@ def command(out: Path | None, seed: int | None, cause: str | None, overwrite: bo
     status 1 where it leaves them unexplained, as twin diagnose does.
     """
     seed = secrets.randbelow(10_000) if seed is None else seed
-    _check_cause(cause)
+    if cause not in (None, "none"):
+        from twin.bench import EFFECTS
+
+        if cause not in EFFECTS:
+            raise InputError("--cause", "", f"no cause {cause!r:.60}", f"one of none, {', '.join(sorted(EFFECTS))}")
     out = out if out is not None else Path(f"demo-{seed}")
     try:
         if out.is_dir() and any(out.iterdir()) and not overwrite:
@@ -68,14 +72,6 @@ def command(out: Path | None, seed: int | None, cause: str | None, overwrite: bo
         print_json(result)
     tell_result(result, out)
     return int(not result["found"]["explains"])
-
-
-def _check_cause(cause: str | None) -> None:
-    if cause not in (None, "none"):
-        from twin.bench import EFFECTS
-
-        if cause not in EFFECTS:
-            raise InputError("--cause", "", f"no cause {cause!r:.60}", f"one of none, {', '.join(sorted(EFFECTS))}")
 
 
 def _demonstrate(out: Path, seed: int, cause: str | None, stages: Stages) -> dict[str, Any]:
@@ -142,13 +138,8 @@ def _record(
     from twin.procedures import dump_procedure, run_procedure
     from twin.rigs import nominal_rig_file, preload_record
 
-    info = {
-        "source": "simulated",
-        "rig": nominal.name,
-        **preload_record(nominal.preload_name()),
-        "procedure": procedure.procedure,
-        "stored": procedure.store,
-    }
+    told = {"source": "simulated", "rig": nominal.name, "procedure": procedure.procedure, "stored": procedure.store}
+    info = told | preload_record(nominal.preload_name())
     attachments = {"rig.toml": nominal_rig_file(nominal), "procedure.toml": dump_procedure(procedure)}
     measured = 0
 
@@ -202,7 +193,8 @@ def _report(found: Diagnosis, case: DemoCase, seed: int, out: Path, stages: Stag
     from twin.views.rerun.diagnosis import save_diagnosis
 
     stages.begin("report", "Writing the report and the pictures")
-    diagnosis_page(found).write(out / REPORT, commands=[_again(BROADBAND, SWEEPS, "--held-out", HELD_OUT)])
+    again = f"twin diagnose {BROADBAND} {SWEEPS} --held-out {HELD_OUT} --rig {RIG} --out diagnosis"
+    diagnosis_page(found).write(out / REPORT, commands=[again])
     stages.turn("pictures for rerun")
     save_diagnosis(found, out / VIEW)
     save_rig(case.rig, out / TRUTH)
@@ -211,17 +203,7 @@ def _report(found: Diagnosis, case: DemoCase, seed: int, out: Path, stages: Stag
         "hidden": case.hidden,
         "found": found.to_dict(),
         "files": {
-            "recording": SWEEPS,
-            "broadband": BROADBAND,
-            "held_out": HELD_OUT,
-            "view": VIEW,
-            "report": REPORT,
-            "extended_model": found.extended_model,
-            "truth": TRUTH,
+            "recording": SWEEPS, "broadband": BROADBAND, "held_out": HELD_OUT, "view": VIEW, "report": REPORT,
+            "extended_model": found.extended_model, "truth": TRUTH,
         },
-    }
-
-
-def _again(*recordings: str) -> str:
-    """The diagnosis alone, from the recordings."""
-    return f"twin diagnose {' '.join(recordings)} --rig {RIG} --out diagnosis"
+    }  # fmt: skip

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.staging import staged_folder
+from twin.commands.common.options import FILE, causes_option, json_option, laws_option, overwrite_option, scatter_option
 from twin.commands.common.output import (
     console,
-    json_option,
     next_step,
-    overwrite_option,
     print_json,
     print_tables,
     say,
@@ -23,11 +22,10 @@ from twin.commands.common.output import (
     working,
     write_json,
 )
-from twin.commands.common.own_code import causes_option, laws_option
-from twin.commands.common.scatter import scatter_option
 
 if TYPE_CHECKING:
-    from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
+    from twin.lab.diagnosed import DiagnosedRecordings
+    from twin.lab.diagnosed_tables import DiagnosedTables
 
 REPORT, RESULT = "report.html", "result.json"
 RESULTS = (REPORT, RESULT, "extended.toml", "extended-*", "next.toml", "view.rrd")
@@ -52,18 +50,18 @@ class _HeldOutRuns(click.Command):
         return super().parse_args(ctx, spread)
 
 
-@click.command(cls=_HeldOutRuns, name="diagnose", short_help="Show what the model gets wrong and name the cause.")
-@click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.command(cls=_HeldOutRuns, name="diagnose")
+@click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=FILE)
 @click.option("--rig", "rig_name", required=True, metavar="RIG", help="A shipped rig's name or a TOML file.")
 @click.option(
     "--preload", "preloads", metavar="NAME", multiple=True,
     help="Name of the rig's preload; by default the recording's, or the table's own column. Once for each table.",
 )  # fmt: skip
 @click.option(
-    HELD_OUT, "held_out", metavar="RUN...", multiple=True, type=click.Path(path_type=Path),
+    HELD_OUT, "held_out", metavar="RUN...", multiple=True, type=FILE,
     help="Runs kept for the gain: all words up to the next option.",
 )  # fmt: skip
-@click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for result, report and pictures.")
+@click.option("--out", required=True, type=FILE, help="Folder for result, report and pictures.")
 @click.option(
     "--time-limit", "time_limit_s", metavar="S", type=click.FloatRange(min=0, min_open=True), default=LONGEST_s,
     show_default=True, help="Seconds after which the search ends where it is, and the answer says so.",

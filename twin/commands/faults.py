@@ -11,7 +11,8 @@ import click
 
 from recordings.beside import temporary_folder
 from recordings.errors import InputError
-from twin.commands.common.output import json_option, print_json, progress_bar, say, stage
+from twin.commands.common.options import json_option
+from twin.commands.common.output import print_json, progress_bar, say, stage
 
 
 @click.command(name="faults")
@@ -60,4 +61,6 @@ def _acquired(arguments: Sequence[str]) -> dict[str, Any]:
     with redirect_stdout(answer), redirect_stderr(io.StringIO()):
         acquire.main([*arguments, "--json"], standalone_mode=False)
     told: dict[str, Any] = json.loads(answer.getvalue())
+    if told["state"] == "interrupted":  # meant for the trials as well
+        raise KeyboardInterrupt
     return told

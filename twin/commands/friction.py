@@ -10,8 +10,8 @@ import click
 import numpy as np
 
 from recordings.errors import InputError
-from twin.commands.common.numbers import FiniteRange
-from twin.commands.common.output import json_option, print_json, print_tables, working
+from twin.commands.common.options import FILE, FiniteRange, json_option
+from twin.commands.common.output import print_json, print_tables, working
 
 if TYPE_CHECKING:
     from twin.identify.friction_loops import FrictionFit, FrictionIdentification
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 R2_WANTED = 0.97
 
 
-@click.command(short_help="Identify friction, stiffness and backlash from measured loops.")
-@click.argument("loops", metavar="LOOP...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.command()
+@click.argument("loops", metavar="LOOP...", nargs=-1, required=True, type=FILE)
 @click.option(
     "--cutoff", default=10.0, show_default=True, type=FiniteRange(0.0, min_open=True), metavar="HZ",
     help="Loops are compared below it: above, a slow drive's frame rings.",

@@ -1,43 +1,23 @@
 """``twin identify``: a model file and its report from recordings, or from a table."""
 
-from __future__ import annotations
-
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
-from twin.commands.common.output import (
-    json_option,
-    next_step,
-    overwrite_option,
-    print_json,
-    print_tables,
-    say,
-    tell_assumed,
-    typed,
-    working,
-)
-from twin.commands.common.own_code import causes_option, laws_option
-from twin.commands.common.scatter import scatter_option
-
-if TYPE_CHECKING:
-    from twin.lab.identified_joint import IdentifiedJoint
-    from twin.lab.identified_mode import IdentifiedMode
-    from twin.lab.identified_moduli import IdentifiedModuli
-    from twin.lab.identified_responses import IdentifiedResponses
+from twin.commands.common.options import FILE, causes_option, json_option, laws_option, overwrite_option, scatter_option
+from twin.commands.common.output import next_step, print_json, print_tables, say, tell_assumed, typed, working
 
 
-@click.command(short_help="Identify E', G' and the joint's nonlinear law from recordings.")
-@click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.command()
+@click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=FILE)
 @click.option("--rig", "rig_name", required=True, metavar="RIG", help="A shipped rig's name or a TOML file.")
 @click.option("--preload", metavar="NAME", help="State of the joint; what the recordings name if left out.")
-@click.option("--out", required=True, metavar="MODEL", type=click.Path(path_type=Path), help="The model, TOML.")
+@click.option("--out", required=True, metavar="MODEL", type=FILE, help="The model, TOML.")
 @click.option(
-    "--report", metavar="FILE", type=click.Path(path_type=Path),
+    "--report", metavar="FILE", type=FILE,
     help="The report, HTML; beside the model and named like it if left out.",
 )  # fmt: skip
 @scatter_option
@@ -69,7 +49,9 @@ def command(
     chosen.
     """
     page = None if no_report else report or out.with_suffix(".html")
-    _check_places(out, page, overwrite=overwrite)
+    check_writable(out, page, overwrite=overwrite)
+    if page == out:
+        raise InputError(out, "", "is the report's name too", "name the model .toml, or give another --report")
     from studies.force_levels import with_polynomials
     from twin.lab import load_rig
     from twin.rigs.beam import BeamRig
@@ -80,7 +62,11 @@ def command(
             runs, preload=preload, frequency_scatter=frequency_scatter, beside=with_polynomials, report=begin
         )  # fmt: skip
         begin("writing the model" + (" and the report" if page else ""))
-        _write(model, out, page)
+        with whole_files(out, page) as (part, page_part):
+            assert part is not None
+            model.save(part)
+            if page_part is not None:
+                model.report(page_part, commands=[typed()])
     tell_assumed(model.assumed)
     for warning in model.warnings:
         say(f"warning: {warning}")
@@ -92,21 +78,3 @@ def command(
     say(f"model in {out}" + (f", report in {page}" if page else ""))
     if not isinstance(model.file, BeamRig):
         next_step(f"twin predict {shlex.quote(str(out))} --drive DRIVE.csv --out RESPONSE.csv")
-
-
-def _check_places(out: Path, page: Path | None, *, overwrite: bool) -> None:
-    """What can be wrong with where to write, before the work."""
-    check_writable(out, page, overwrite=overwrite)
-    if page is not None and page == out:
-        raise InputError(out, "", "is the report's name too", "name the model .toml, or give another --report")
-
-
-def _write(
-    model: IdentifiedJoint | IdentifiedModuli | IdentifiedMode | IdentifiedResponses, out: Path, page: Path | None
-) -> None:
-    """Both files appear, or neither."""
-    with whole_files(out, page) as (part, page_part):
-        assert part is not None
-        model.save(part)
-        if page_part is not None:
-            model.report(page_part, commands=[typed()])

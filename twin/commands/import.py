@@ -9,17 +9,18 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
-from twin.commands.common.output import json_option, next_step, overwrite_option, print_json, say, working
+from twin.commands.common.options import FILE, json_option, overwrite_option
+from twin.commands.common.output import next_step, print_json, say, working
 
 if TYPE_CHECKING:
     from recordings.run import Run
 
 
 @click.command(name="import")
-@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--out", metavar="RUN", required=True, type=click.Path(path_type=Path), help="The recording, an .mcap.")
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
+@click.option("--out", metavar="RUN", required=True, type=FILE, help="The recording, an .mcap.")
 @click.option(
-    "--mapping", metavar="MAP.toml", type=click.Path(path_type=Path),
+    "--mapping", metavar="MAP.toml", type=FILE,
     help="What the files do not say; if left out, the one beside the first file where there is one.",
 )  # fmt: skip
 @overwrite_option

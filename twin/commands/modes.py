@@ -9,21 +9,22 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
-from twin.commands.common.output import json_option, overwrite_option, print_json, print_tables, working
+from twin.commands.common.options import FILE, json_option, overwrite_option
+from twin.commands.common.output import print_json, print_tables, working
 
 if TYPE_CHECKING:
     from twin.identify.modes.from_record import RecordedModes
 
 
-@click.command(short_help="Natural frequencies and damping from a broadband recording, without a model.")
-@click.argument("run", metavar="RUN.mcap", type=click.Path(path_type=Path))
+@click.command()
+@click.argument("run", metavar="RUN.mcap", type=FILE)
 @click.option("--force", metavar="CHANNEL", help="The force; the only force channel if left out.")
 @click.option("--band", nargs=2, type=float, metavar="LOW HIGH", help="Hz; what the force excites if left out.")
 @click.option(
-    "--out", metavar="MODES.csv", type=click.Path(path_type=Path),
+    "--out", metavar="MODES.csv", type=FILE,
     help="Table of frequencies, which 'twin identify' and 'twin diagnose' take.",
 )  # fmt: skip
-@click.option("--picture", metavar="FILE.png", type=click.Path(path_type=Path), help="The stabilisation chart.")
+@click.option("--picture", metavar="FILE.png", type=FILE, help="The stabilisation chart.")
 @overwrite_option
 @json_option
 def command(
@@ -52,7 +53,9 @@ def command(
         if table is not None:
             _write_table(found, table)
         if drawn is not None:
-            _draw(found, drawn)
+            from twin.views.stabilisation import stabilisation_figure
+
+            stabilisation_figure(found.fit, found.response).savefig(drawn, format="png", dpi=150)
     if as_json:
         print_json({
             "run": str(run), "force": force, "channels": list(channels), "modes": modes,
@@ -96,12 +99,6 @@ def _write_table(found: RecordedModes, out: Path) -> None:
         for number, mode in enumerate(found.fit.modes, 1)
     ]
     out.write_text("\n".join(["mode,frequency_Hz,std_Hz", *rows]) + "\n", encoding="utf-8")
-
-
-def _draw(found: RecordedModes, out: Path) -> None:
-    from twin.views.stabilisation import stabilisation_figure
-
-    stabilisation_figure(found.fit, found.response).savefig(out, format="png", dpi=150)
 
 
 def _tell(found: RecordedModes) -> None:

@@ -5,14 +5,14 @@ from pathlib import Path
 import click
 
 from recordings.whole import check_writable
-from twin.commands.common.output import json_option, overwrite_option, print_json, say, tell_assumed, working
-from twin.commands.common.own_code import causes_option, laws_option
+from twin.commands.common.options import FILE, causes_option, json_option, laws_option, overwrite_option
+from twin.commands.common.output import print_json, say, tell_assumed, working
 
 
-@click.command(short_help="Predict responses to given frequencies and forces.")
+@click.command()
 @click.argument("model", metavar="MODEL")
-@click.option("--drive", required=True, metavar="DRIVE.csv", type=click.Path(path_type=Path), help="What to predict.")
-@click.option("--out", required=True, metavar="RESPONSE.csv", type=click.Path(path_type=Path), help="The answer.")
+@click.option("--drive", required=True, metavar="DRIVE.csv", type=FILE, help="What to predict.")
+@click.option("--out", required=True, metavar="RESPONSE.csv", type=FILE, help="The answer.")
 @click.option("--preload", metavar="NAME", help="State of the joint; the model's first if left out.")
 @causes_option
 @laws_option

@@ -15,19 +15,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.staging import staged_folder
-from twin.commands.common.output import (
-    json_option,
-    next_step,
-    overwrite_option,
-    plain,
-    print_json,
-    say,
-    stage,
-    tell_assumed,
-    typed,
-    write_json,
-)
-from twin.commands.common.own_code import causes_option, laws_option
+from twin.commands.common.options import FILE, causes_option, json_option, laws_option, overwrite_option
+from twin.commands.common.output import next_step, plain, print_json, say, stage, tell_assumed, typed, write_json
 from twin.commands.common.rehearsing import Meter, run_here, run_side_by_side
 from twin.commands.common.viewing import WatchOptions, known_branches, view_options, watched
 
@@ -36,7 +25,6 @@ if TYPE_CHECKING:
     from twin.procedures import Procedure, StepResult
     from twin.rehearsal import Caution, Rehearsed
     from twin.rigs import Rig
-    from twin.views.live.about import LiveAbout
 
 RESULTS = ("run.mcap", "improved.mcap", "procedure.toml", "result.json", "report.html")
 
@@ -44,7 +32,7 @@ RESULTS = ("run.mcap", "improved.mcap", "procedure.toml", "result.json", "report
 @click.command()
 @click.argument("procedure", metavar="PROCEDURE")
 @click.option("--rig", "rig_name", required=True, metavar="RIG", help="A shipped rig's name or a TOML file.")
-@click.option("--out", required=True, metavar="DIR", type=click.Path(path_type=Path), help="Folder of the results.")
+@click.option("--out", required=True, metavar="DIR", type=FILE, help="Folder of the results.")
 @click.option(
     "--preload", "preloads", multiple=True, metavar="NAME",
     help="State of the joint; the rig's first if left out.  Several are rehearsed side by side, each in DIR/NAME.",
@@ -79,12 +67,9 @@ def command(
     """
     parts = _parts(preloads)
     jobs = [
-        _Job(
-            procedure=procedure, rig=rig_name, preload=name, seed=seed, rounds=rounds, out=out / part, watch=watch,
-            written=out / part,
-        )
-        for name, part in parts
-    ]  # fmt: skip
+        _Job(procedure=procedure, rig=rig_name, preload=name, seed=seed, rounds=rounds, written=out, watch=watch)
+        for name, _ in parts
+    ]
     if watch.wanted and len(jobs) > 1:
         raise InputError("--preload", "", "is given more than once", "watch the rehearsal of one preload at a time")
     watch.check(overwrite=overwrite)
@@ -106,7 +91,7 @@ def command(
         say(f"interrupted; what was rehearsed is in {out}")
         sys.exit(130)
     say(f"results in {out}")
-    ready = jobs[0].out / "procedure.toml"
+    ready = out / parts[0][1] / "procedure.toml"
     next_step(f"open {ready.with_name('report.html')}; on the rig, twin acquire {ready} --instruments FILE --out RUN")
     return int(any(one["must_not_run"] for one in results))
 
@@ -120,9 +105,8 @@ class _Job:
     preload: str | None
     seed: int
     rounds: int
-    out: Path
     written: Path
-    """Where `out` is made."""
+    """The folder of the results, as long as they are made."""
     watch: WatchOptions
     again: str = field(default_factory=typed)
 
@@ -145,6 +129,7 @@ class _Job:
         from twin.procedures import save_procedure
         from twin.rehearsal import NominalRig, rehearse, rehearse_until_clear, result_table
         from twin.rigs.assumed import assumed
+        from twin.views.live.about import LiveAbout
         from twin.views.reports.rehearsal import rehearsal_page
         from twin.views.reports.rehearsal_noise import noise_sentence
 
@@ -153,10 +138,11 @@ class _Job:
         stage("predicting the branches")
         branches = known_branches(rig, preload, asked)
         nominal = NominalRig.of(rig, preload=preload, branches=branches)
-
-        def about() -> LiveAbout:
-            return _about(rig, Path(self.procedure).stem, asked, source, branches)
-
+        about = LiveAbout(
+            title=f"{rig.name} · {Path(self.procedure).stem}, rehearsed", channels=tuple(source.channels),
+            procedure=asked, branches=tuple(branches),
+            window_s=120.0,  # the rig's time passes hundreds of times as fast as the wall's
+        )  # fmt: skip
         meter.begin("rehearsing", asked)
         with watched(self.watch, about) as watch:
             started = time.perf_counter()
@@ -166,14 +152,9 @@ class _Job:
                 watch.result(step)
 
             first = rehearse(
-                asked,
-                source,
-                self.written / "run.mcap",
-                nominal=nominal,
-                on_step=on_step,
-                progress=meter.time,
+                asked, source, self.written / "run.mcap", nominal=nominal, on_step=on_step, progress=meter.time,
                 watch=watch.both,
-            )
+            )  # fmt: skip
             wall_s = time.perf_counter() - started
         better = None
         if self.rounds:
@@ -188,10 +169,9 @@ class _Job:
         if self.rounds and (left := (better or first).remaining):
             say(("not cleared by changing the procedure", "yellow"), f": {', '.join(left)}")
         save_procedure((better or first).rehearsal.procedure, self.written / "procedure.toml")
-        table = result_table(
+        result: dict[str, Any] = plain(result_table(
             first, better, procedure=self.procedure, rig=rig, preload=preload, seed=self.seed, branches=branches
-        )
-        result = plain(table)
+        ))  # fmt: skip
         write_json(result, self.written / "result.json")
         for noise in (result["improved"] or result)["noise"]:
             say(f"  {noise_sentence(noise)}")
@@ -237,17 +217,3 @@ def _say_caution(caution: Caution) -> None:
     colour = {"stop": "red", "warning": "yellow", "note": "cyan"}[caution.severity]
     where = f" ({caution.place})" if caution.sweep else ""
     say((caution.kind, colour), f"{where}: {caution.reason}; {caution.advice}")
-
-
-def _about(
-    rig: Rig, name: str, procedure: Procedure, source: SampleSource, branches: list[dict[str, Any]]
-) -> LiveAbout:
-    from twin.views.live.about import LiveAbout
-
-    return LiveAbout(
-        title=f"{rig.name} · {name}, rehearsed",
-        channels=tuple(source.channels),
-        procedure=procedure,
-        branches=tuple(branches),
-        window_s=120.0,  # the rig's time passes hundreds of times as fast as the wall's
-    )

@@ -6,12 +6,13 @@ from typing import Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.common.output import json_option, say
+from twin.commands.common.options import FILE, json_option
+from twin.commands.common.output import say
 from twin.commands.common.serving import address_options, serve_source
 
 
 @click.command()
-@click.argument("run", type=click.Path(path_type=Path))
+@click.argument("run", type=FILE)
 @click.option("--meter", metavar="auto|PATH|HOST:PORT", help="A slow SCPI meter of what the run has as indicators.")
 @address_options
 @json_option

@@ -4,12 +4,13 @@ from dataclasses import asdict
 
 import click
 
-from twin.commands.common.output import json_option, print_json, print_tables, working
+from twin.commands.common.options import json_option
+from twin.commands.common.output import print_json, print_tables, working
 
 STUDIES = ("steel-lap-joint", "composite-beam", "hybrid-joint")
 
 
-@click.command(short_help="The papers' tables side by side with this project's.")
+@click.command()
 @click.argument("names", metavar="[" + "|".join(STUDIES) + "]...", nargs=-1, type=click.Choice(STUDIES))
 @click.option("--frequencies-only", is_flag=True, help="Leave out the nonlinear sweeps, which take a minute or two.")
 @json_option

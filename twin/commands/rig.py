@@ -1,26 +1,20 @@
 """``twin rig``: any rig drawn, its natural frequencies, what of it is implausible; and rigs from matrices."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
-from twin.commands.common.output import json_option, overwrite_option, print_json, say, tell_assumed, working
-from twin.commands.common.own_code import causes_option, laws_option
+from twin.commands.common.options import FILE, causes_option, json_option, laws_option, overwrite_option
+from twin.commands.common.output import print_json, say, tell_assumed, working
 from twin.commands.rig_export import command as export_command
 from twin.commands.rig_import import command as import_command
-
-if TYPE_CHECKING:
-    from twin.structure.modelled_rig import ModelledRig
 
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
 
 
-@click.group("rig", short_help="Show a rig, or make one from another program's matrices.")
+@click.group("rig")
 def command() -> None:
     """Look at a rig before anything is measured with it, or make one from another program's matrices."""
 
@@ -28,8 +22,8 @@ def command() -> None:
 @command.command("show")
 @click.argument("rig", metavar="RIG")
 @click.option("--preload", metavar="NAME", help="State of the joints; the rig's first if left out.")
-@click.option("--save", metavar="FILE.rrd", type=click.Path(path_type=Path), help="The rig and its modes for rerun.")
-@click.option("--picture", metavar="FILE.png", type=click.Path(path_type=Path), help="The same as a picture.")
+@click.option("--save", metavar="FILE.rrd", type=FILE, help="The rig and its modes for rerun.")
+@click.option("--picture", metavar="FILE.png", type=FILE, help="The same as a picture.")
 @causes_option
 @laws_option
 @overwrite_option
@@ -56,7 +50,15 @@ def show(
         check_effects(loaded, source=rig)
         frequencies = modelled.modes.frequency_Hz[:10].tolist()
         warnings = implausible(modelled)
-    _write(modelled, picture, save)
+    with whole_files(picture, save) as (drawn, viewed):  # both that were asked for, or neither
+        if viewed is not None:
+            from twin.views.rerun.rig import save_rig_view
+
+            save_rig_view(modelled, viewed)
+        if drawn is not None:
+            from twin.views.rig_figure import rig_figure
+
+            rig_figure(modelled).savefig(drawn, format=drawn.suffix.lower().removeprefix("."), dpi=130)
     if as_json:
         print_json({
             "natural_frequencies_Hz": frequencies,
@@ -96,16 +98,3 @@ def show(
 
 command.add_command(import_command)
 command.add_command(export_command)
-
-
-def _write(modelled: ModelledRig, picture: Path | None, view: Path | None) -> None:
-    """Write both files that were asked for, or neither."""
-    with whole_files(picture, view) as (drawn, viewed):
-        if viewed is not None:
-            from twin.views.rerun.rig import save_rig_view
-
-            save_rig_view(modelled, viewed)
-        if drawn is not None:
-            from twin.views.rig_figure import rig_figure
-
-            rig_figure(modelled).savefig(drawn, format=drawn.suffix.lower().removeprefix("."), dpi=130)

@@ -1,15 +1,11 @@
 """``twin rig export``: a rig's matrices for another program."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click
 
-from twin.commands.common.output import json_option, overwrite_option, print_json, say, working
-from twin.commands.common.own_code import causes_option
-
-FILE = click.Path(path_type=Path)
+from twin.commands.common.options import FILE, causes_option, json_option, overwrite_option
+from twin.commands.common.output import print_json, say, working
 
 
 @click.command("export")

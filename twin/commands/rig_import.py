@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.common.numbers import FiniteRange
-from twin.commands.common.output import json_option, overwrite_option, print_json, say, working
+from twin.commands.common.options import FILE, FiniteRange, json_option, overwrite_option
+from twin.commands.common.output import print_json, say, working
 
 if TYPE_CHECKING:
     from twin.rigs.imported import Imported, PartFiles
 
 UNIT_NAMES = ("m-kg-s", "mm-t-s", "mm-kg-ms", "in-lbf-s")
-FILE = click.Path(path_type=Path)
 
 
 @click.command("import")

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.common.output import json_option
-from twin.commands.common.own_code import causes_option, laws_option
+from twin.commands.common.options import causes_option, json_option, laws_option
 from twin.commands.common.serving import address_options, serve_source
 
 if TYPE_CHECKING:

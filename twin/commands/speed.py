@@ -5,7 +5,8 @@ from typing import Any
 
 import click
 
-from twin.commands.common.output import json_option, print_json, progress_bar, say, stage
+from twin.commands.common.options import json_option
+from twin.commands.common.output import print_json, progress_bar, say, stage
 
 
 @click.command("speed")

@@ -12,20 +12,19 @@ import click
 from recordings.beside import temporary_folder
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
-from twin.commands.common.output import console, json_option, overwrite_option, print_json, say, working
+from twin.commands.common.options import FILE, json_option, overwrite_option
+from twin.commands.common.output import console, print_json, say, working
 
 RESULT = "result.json"
 
 
-@click.command(name="view", short_help="Show a run, a rehearsal or a diagnosis in rerun.")
-@click.argument("what", metavar="RUN|DIR", type=click.Path(path_type=Path))
-@click.option("--save", type=click.Path(path_type=Path), metavar="FILE.rrd", help="Write the view and open nothing.")
+@click.command(name="view")
+@click.argument("what", metavar="RUN|DIR", type=FILE)
+@click.option("--save", type=FILE, metavar="FILE.rrd", help="Write the view and open nothing.")
 @click.option(
-    "--picture",
-    type=click.Path(path_type=Path),
-    metavar="FILE.png",
+    "--picture", type=FILE, metavar="FILE.png",
     help="Write a picture of the view, 1920 x 1080, and open nothing; needs no screen.",
-)
+)  # fmt: skip
 @overwrite_option
 @json_option
 def command(what: Path, save: Path | None, picture: Path | None, overwrite: bool, as_json: bool) -> None:

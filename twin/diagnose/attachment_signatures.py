@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnose.limits import LIMITS
 from twin.identify.model_modification import Attachment, ModelModification
 from twin.identify.prediction import Prediction
 from twin.identify.residual_model import ResidualModel
@@ -21,10 +22,6 @@ from twin.identify.residual_model import ResidualModel
 __all__ = ["AttachmentSignatures"]
 
 Array = NDArray[Any]
-
-LITTLE = 1e-6
-"""Mass that is attached, over the least modal mass at its place: twice the change of a natural frequency, and so little
-that first order will do beside the sharpest resonance."""
 
 
 class AttachmentSignatures:
@@ -60,7 +57,7 @@ class AttachmentSignatures:
 
     def _by_unit_stiffness(self, port: Array) -> tuple[Array, Array]:
         """Changes (r,) by a stiffness of one and of the imaginary unit, m/N."""
-        mass_kg = LITTLE / np.max((port @ self._model.basis.Phi) ** 2)
+        mass_kg = LIMITS.attachment_signatures_little / np.max((port @ self._model.basis.Phi) ** 2)
 
         def change(unit: complex) -> Array:
             def stiffness(omega: Array) -> Array:

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnose.limits import LIMITS
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
@@ -31,9 +32,6 @@ __all__ = [
 
 Array = NDArray[Any]
 Values = Mapping[str, float]
-
-RATIO = 1.4
-"""Between neighbouring thresholds to begin from: a fit finds its way from a sixth beside the true one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,7 +160,10 @@ def strengths_of(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
 
 def thresholds(largest: float, *, least: float) -> tuple[float, ...]:
     """Where an effect may begin in a motion up to `largest`: down to a share `least` of that, the likeliest first."""
-    shares = np.geomspace(1.0, least, 1 + round(np.log(1 / least) / np.log(RATIO)))[1:] * RATIO**0.5
+    shares = (
+        np.geomspace(1.0, least, 1 + round(np.log(1 / least) / np.log(LIMITS.cause_ratio)))[1:]
+        * LIMITS.cause_ratio**0.5
+    )
     return tuple(largest * share for share in sorted(shares, key=lambda share: abs(float(np.log(2 * share)))))
 
 

@@ -7,16 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.fitted_model import FittedModel, modification_of
-from twin.identify.harmonics import LINEAR_ERROR
+from twin.diagnose.limits import LIMITS
+from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
 
 Array = NDArray[Any]
-
-SECOND_HARMONIC_DEVIATIONS = 10.0
-"""Standard deviations a second harmonic must have to be held against a model."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,8 +88,8 @@ def stands_out(evidence: MeasuredData, harmonics: HarmonicResiduals) -> Array:
     """
     steps = evidence.steps
     residual = _second(harmonics, harmonics.residual)
-    linear = LINEAR_ERROR * np.abs(steps.response[:, :, 1] - residual)
-    noise = SECOND_HARMONIC_DEVIATIONS * _second_noise(evidence, harmonics)
+    linear = IDENTIFY.linear_error * np.abs(steps.response[:, :, 1] - residual)
+    noise = LIMITS.second_harmonic_deviations * _second_noise(evidence, harmonics)
     return np.asarray(np.abs(residual) > np.maximum(noise, linear))
 
 

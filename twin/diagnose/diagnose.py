@@ -14,9 +14,10 @@ from recordings.run import Run
 from twin.diagnose.cause import Cause
 from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
 from twin.diagnose.effects import left_out_effects
-from twin.diagnose.exclusion import LIMIT_95, Exclusion, exclusion_limits, hidden_at_limit
+from twin.diagnose.exclusion import Exclusion, exclusion_limits, hidden_at_limit
 from twin.diagnose.extended import updated_rig_file
 from twin.diagnose.fitted_model import FittedModel, modification_of
+from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing import find_missing_force
 from twin.diagnose.model_evidence import Tolerances, unexplained
 from twin.diagnose.models import CAUSES, DRIFTS
@@ -38,16 +39,11 @@ from twin.identify.whitening import HarmonicResiduals
 from twin.rigs import Rig, foreign_preload, save_rig
 from twin.structure.plausibility import unlikely_units
 
-__all__ = ["HeldOut", "diagnose", "diagnose_evidence", "notes_on"]
-
-THRESHOLD = 2.0
-"""Chi2 per degree of freedom, with the errors of sound rigs, that a sound rig seldom exceeds."""
-BEYOND = 1.05
-"""Amplitude over the largest one learnt from up to which a law is taken to hold."""
+__all__ = ["HeldOutData", "diagnose", "diagnose_evidence", "notes_on"]
 
 
 @dataclass(frozen=True)
-class HeldOut:
+class HeldOutData:
     """What the gain is measured on.
 
     Attributes
@@ -134,14 +130,14 @@ def diagnose(
         unseen, beyond = _within_amplitudes(unseen, evidence)
         notes += beyond
     return diagnose_evidence(
-        replace(sound, evidence=evidence, findings=tuple(findings)), HeldOut(unseen, held_out, aside), causes=causes,
-        out=out, notes=notes, most=most, thorough=thorough, exclude=exclude, begun=begun, report=report,
+        replace(sound, evidence=evidence, findings=tuple(findings)), HeldOutData(unseen, held_out, aside),
+        causes=causes, out=out, notes=notes, most=most, thorough=thorough, exclude=exclude, begun=begun, report=report,
     )  # fmt: skip
 
 
 def diagnose_evidence(
     sound: SoundData,
-    held_out: HeldOut,
+    held_out: HeldOutData,
     *,
     causes: Mapping[str, Cause],
     out: Path | None,
@@ -203,7 +199,7 @@ def diagnose_evidence(
         misfit=Misfit(
             chi2_per_dof=sum(left.values()) / max(1, search.base.dof),
             after=sum(still_left.values()) / max(1, after.dof),
-            threshold=THRESHOLD,
+            threshold=LIMITS.diagnose_threshold,
             where=_where(left),
         ),
         causes=causes_named,
@@ -228,7 +224,7 @@ def _hidden(search: Search, model: FittedModel, name: str) -> FittedModel:
     hidden = hidden_at_limit(search.evidence, search.stages[-1].scores, name)
     if hidden is None:
         raise InputError("--exclude", name, "has no size that data could limit", "name another cause")
-    less_likely = model.log_evidence - LIMIT_95**2 / 2
+    less_likely = model.log_evidence - LIMITS.exclusion_limit_95**2 / 2
     return replace(model, hypotheses=(*model.hypotheses, hidden), log_evidence=less_likely)
 
 
@@ -262,7 +258,7 @@ def _of_a_sound_rig(unseen: MeasuredData, model: FittedModel) -> NDArray[Any]:
 
 def _within_amplitudes(unseen: MeasuredData, evidence: MeasuredData) -> tuple[MeasuredData, tuple[str, ...]]:
     """What was held out, without steps at amplitudes beyond those learnt from: the joint's law is not known there."""
-    inside = unseen.steps.amplitude_m <= BEYOND * np.max(evidence.steps.amplitude_m)
+    inside = unseen.steps.amplitude_m <= LIMITS.diagnose_beyond * np.max(evidence.steps.amplitude_m)
     if inside.all():
         return unseen, ()
     note = f"{np.sum(~inside)} held-out step(s) move farther than any step learnt from, and do not count in the gain"

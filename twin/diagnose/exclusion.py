@@ -8,12 +8,10 @@ import numpy as np
 
 from twin.diagnose.cause import Parameter, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis
+from twin.diagnose.limits import LIMITS
 from twin.diagnose.places import told_place
-from twin.diagnose.score import Score
+from twin.diagnose.score_test import Score
 from twin.identify.measured_data import MeasuredData
-
-LIMIT_95 = 1.645
-"""Standard deviations below which 95 % of a normal distribution lie."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +92,7 @@ def _largest(evidence: MeasuredData, scores: Sequence[Score]) -> dict[str, _Hidd
         main = strengths[0]
         rising, falling = main.upper > main.null, main.lower < main.null
         size = abs(score.size) if rising and falling else max(score.size if rising else -score.size, 0.0)
-        limit = size + LIMIT_95 * score.std
+        limit = size + LIMITS.exclusion_limit_95 * score.std
         hidden = _Hidden(score, main, limit if limit < max(main.upper - main.null, main.null - main.lower) else np.inf)
         if name not in largest or hidden.share > largest[name].share:
             largest[name] = hidden

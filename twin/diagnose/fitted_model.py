@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from twin.diagnose.cause import Cause, Parameter
-from twin.identify.base_fit import REWEIGHTED, baseline_bounds
+from twin.identify.base_fit import baseline_bounds
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import ErrorModel
 from twin.identify.frequency_model import FrequencyModel
 from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
 from twin.identify.likelihood import residual_model, solves_modes, sound_errors
+from twin.identify.limits import LIMITS
 from twin.identify.linear_fit import LARGEST_STEP
 from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
@@ -310,7 +311,9 @@ def fit_model(
             residual_alone=lambda x: problem.predict(x).residual,
         )
 
-    solution = minimise_reweighted(solve, problem.x0, rounds=REWEIGHTED, tolerance=tolerance, iterations=iterations)
+    solution = minimise_reweighted(
+        solve, problem.x0, rounds=LIMITS.base_fit_reweighted, tolerance=tolerance, iterations=iterations
+    )
     return fitted(problem, solution)
 
 

@@ -17,6 +17,7 @@ from scipy.linalg import block_diag
 from scipy.optimize import minimize, minimize_scalar
 
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model
+from twin.diagnose.limits import LIMITS
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import SOUND, Discrepancy, ErrorModel, ErrorSources, log_prior
 from twin.identify.gauss_newton import not_held_back
@@ -31,10 +32,6 @@ Array = NDArray[Any]
 
 GRID = (0.3, 3.0, 30.0, 300.0)
 """Errors over a sound rig's from which the likeliest are looked for."""
-ROUGHNESS = (-2.5, 4.5)
-"""Logarithm of the roughness over a sound rig's in which the likeliest is looked for."""
-REFITTED = 2
-"""Most fits, each with the errors that the last one inferred."""
 CLOSE = np.log(1.5)
 """Change of the logarithm of an error below which a fit need not be repeated."""
 KINDS = tuple((kind, name) for kind in ("broadband", "steps") for name in ("stiffness", "ratio"))
@@ -226,7 +223,9 @@ def infer_errors(problem: FitProblem, tolerances: Tolerances | None, *, free: bo
         def by_roughness(log_size: float, curve: int = curve, errors: ErrorModel = errors) -> float:
             return -value(_with_roughness(errors, curve, log_size))
 
-        found = minimize_scalar(by_roughness, bounds=ROUGHNESS, method="bounded", options={"xatol": 0.2})
+        found = minimize_scalar(
+            by_roughness, bounds=LIMITS.model_evidence_roughness, method="bounded", options={"xatol": 0.2}
+        )
         errors = _with_roughness(errors, curve, found.x)
     for kind in ("broadband", "steps"):
         sound = getattr(usual, kind)
@@ -268,7 +267,7 @@ def fit_with_errors(
     """Fit a model and infer its error, in turn; with its log evidence."""
     sound = sound_errors(evidence)
     errors = errors or sound
-    for _ in range(REFITTED):
+    for _ in range(LIMITS.model_evidence_refitted):
         model = fit_model(evidence, harmonics, start, hypotheses, errors=errors, tolerance=tolerance)
         start, hypotheses = model.baseline, model.hypotheses
         problem = FitProblem(evidence, harmonics, start, hypotheses, errors=errors)

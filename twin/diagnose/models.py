@@ -3,7 +3,7 @@
 from collections.abc import MutableMapping
 from typing import Any
 
-from twin.causes import Registered, from_folders
+from twin.cause_registry import Registered, from_folders
 from twin.diagnose.cause import Cause
 
 

@@ -20,15 +20,11 @@ from operator import is_
 from pathlib import Path
 from typing import Any, TypeVar
 
+from twin.diagnose.limits import LIMITS
 from twin.identify.time_limit import end_of_time, time_limit
 from twin.joint.registry import load_laws, loaded_files
 
 Found = TypeVar("Found")
-
-MOST = 4
-"""Each process takes some 300 MB, and there are seldom more fits than would keep these busy."""
-REMEMBERED = 4
-"""Most sets of common arguments that a process keeps."""
 
 
 @dataclass
@@ -45,7 +41,7 @@ class _Team:
         for number, (known, sent) in self.packed.items():
             if len(known) == len(common) and all(map(is_, known, common)):
                 return number, sent
-        if len(self.packed) == REMEMBERED:
+        if len(self.packed) == LIMITS.parallel_map_remembered:
             del self.packed[min(self.packed)]
         number = next(self.numbers)
         self.packed[number] = (common, pickle.dumps(common))
@@ -58,7 +54,7 @@ _known: dict[int, tuple[Any, ...]] = {}
 
 def usual_processes() -> int:
     """One for each core, up to a few."""
-    return min(os.cpu_count() or 1, MOST)
+    return min(os.cpu_count() or 1, LIMITS.parallel_map_most)
 
 
 @contextmanager
@@ -139,7 +135,7 @@ def parallel_map(work: Callable[..., Found], common: tuple[Any, ...], each: Sequ
 
 def _work(work: Callable[..., Found], number: int, packed: bytes, arguments: tuple[Any, ...], end_s: float) -> Found:
     if number not in _known:
-        if len(_known) == REMEMBERED:
+        if len(_known) == LIMITS.parallel_map_remembered:
             del _known[min(_known)]
         _known[number] = pickle.loads(packed)
     with time_limit(end_s):
@@ -148,7 +144,6 @@ def _work(work: Callable[..., Found], number: int, packed: bytes, arguments: tup
 
 def _wake() -> None:
     """What a fit needs, imported and compiled ahead of the first one."""
-    import twin.diagnose.search  # noqa: F401
     from twin.identify.compiling import compile_kernels
 
     compile_kernels()

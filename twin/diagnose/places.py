@@ -11,6 +11,7 @@ from scipy.stats import chi2
 
 from recordings.directions import direction_name, unit_vector
 from twin.diagnose.cause import Parameter, Values
+from twin.diagnose.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
 from twin.rigs import BeamPart, Place
 from twin.structure import NodeField, Structure
@@ -31,9 +32,6 @@ __all__ = [
 ]
 
 Array = NDArray[Any]
-
-REGION = 0.95
-"""Probability of the region of nodes that is reported with a place."""
 
 
 def place_labels(evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
@@ -149,7 +147,7 @@ def told_place(
     at, spread = _coordinates(field, values), np.array([std.get(name, 0.0) for name in names])
     rest = {name: value for name, value in values.items() if name not in names}
     errors = {name: value for name, value in std.items() if name not in names}
-    nodes = field.within(at, spread, float(chi2.ppf(REGION, len(names))))
+    nodes = field.within(at, spread, float(chi2.ppf(LIMITS.places_region, len(names))))
     return rest | {"node": float(field.nearest(at))}, errors | {"node": 0.0}, nodes
 
 

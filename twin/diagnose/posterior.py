@@ -13,6 +13,7 @@ import numpy as np
 
 from twin.diagnose.cause import Cause
 from twin.diagnose.fitted_model import FittedModel
+from twin.diagnose.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
 from twin.identify.natural_frequencies import MeasuredFrequencies
 
@@ -21,7 +22,6 @@ __all__ = [
     "LOG_ODDS_OF_UNKNOWN",
     "RARER_IN_FREQUENCIES",
     "SURE",
-    "TEMPERATURE",
     "Weighed",
     "log_odds",
     "log_weight",
@@ -37,8 +37,6 @@ RARER_IN_FREQUENCIES = {"stiffness-loss": 0.01}
 leave something out.  Set with the composite beam's four frequencies in sight."""
 LOG_ODDS_OF_UNKNOWN = float(np.log(0.03))
 """Of something that is on no list."""
-TEMPERATURE = 3.0
-"""Factor by which differences of log evidence overstate what they say, since models are approximate."""
 SURE = 0.95
 
 
@@ -65,11 +63,11 @@ class Weighed:
 
 
 def temperature(evidence: MeasuredData) -> float:
-    """:data:`TEMPERATURE` of recordings.
+    """:data:`LIMITS.posterior_temperature` of recordings.
 
     Of frequencies alone one: there are few, and how far a model may be off them is in the evidence.
     """
-    return 1.0 if isinstance(evidence, MeasuredFrequencies) else TEMPERATURE
+    return 1.0 if isinstance(evidence, MeasuredFrequencies) else LIMITS.posterior_temperature
 
 
 def log_odds(evidence: MeasuredData, cause: Cause) -> float:

@@ -10,20 +10,15 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
 
-from twin.diagnose.cause import RATIO, Parameter
+from twin.diagnose.cause import Parameter
 from twin.diagnose.fitted_model import FittedModel, fit_model
+from twin.diagnose.limits import LIMITS
 from twin.diagnose.parallel_map import parallel_map
 from twin.identify.measured_data import MeasuredData
 from twin.identify.time_limit import time_is_up
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["highest_of_profile", "threshold_of"]
-
-APART, HALVINGS = 1.1, 2
-"""Ratio of neighbouring values, and how often its logarithm is halved about the best one: sweeps whose steps pass the
-threshold one by one make maxima a sixth wide."""
-HOPELESS = 1.2
-"""Cost over the least so far beyond which a fit leads nowhere: barriers between maxima are some per cent high."""
 
 
 def threshold_of(evidence: MeasuredData, fit: FittedModel) -> Parameter | None:
@@ -41,8 +36,8 @@ def highest_of_profile(
 
     Values are tried over the range in which the cause's fits begin.
     """
-    for halvings in range(1 + HALVINGS):
-        ratio, most = APART**0.5**halvings, 1 if halvings else None
+    for halvings in range(1 + LIMITS.profile_halvings):
+        ratio, most = LIMITS.profile_apart**0.5**halvings, 1 if halvings else None
         work = [(fit, threshold, factor, most) for factor in (ratio, 1 / ratio)]
         fit = min((fit, *parallel_map(_along, (evidence, harmonics), work)), key=lambda found: found.solution.cost)
     return fit
@@ -68,14 +63,17 @@ def _along(
             evidence, harmonics, last.baseline, (*before, own), errors=fit.errors, tolerance=0.5, held=threshold.name
         )
         best = min(best, found, key=lambda each: each.solution.cost)
-        failed = failed + 1 if found.solution.cost > HOPELESS * best.solution.cost else 0
+        failed = failed + 1 if found.solution.cost > LIMITS.profile_hopeless * best.solution.cost else 0
         last = last if failed else found
     return best
 
 
 def _values(threshold: Parameter, start: float, factor: float) -> Iterator[float]:
     """Values away from the start, within the range of the beginnings and half a step of these."""
-    lower, upper = min(threshold.starts) / RATIO, min(max(threshold.starts) * RATIO, threshold.upper)
+    lower, upper = (
+        min(threshold.starts) / LIMITS.cause_ratio,
+        min(max(threshold.starts) * LIMITS.cause_ratio, threshold.upper),
+    )
     value = min(max(start, lower), upper)
     while lower <= value * factor <= upper:
         value *= factor

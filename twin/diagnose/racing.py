@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
+from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import Tolerances, fit_with_errors
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.profile import highest_of_profile, threshold_of
@@ -22,10 +23,6 @@ from twin.identify.time_limit import time_is_up
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["THOROUGH", "USUAL", "WHATEVER", "Begun", "Effort", "Race", "once_more"]
-
-
-CLOSE = 0.1
-"""Standard deviations within which two fits have come to the same; fits that are not yet exact leave up to one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +135,8 @@ class Race:
 def _same(one: Sequence[CauseHypothesis], other: Sequence[CauseHypothesis]) -> bool:
     """Whether two fits, perhaps from different beginnings, have come to the same causes with the same sizes."""
     return all(
-        a.key == b.key and all(abs(a.values[name] - b.values[name]) <= CLOSE * std for name, std in a.std.items())
+        a.key == b.key
+        and all(abs(a.values[name] - b.values[name]) <= LIMITS.racing_close * std for name, std in a.std.items())
         for a, b in zip(one, other, strict=True)
     )
 

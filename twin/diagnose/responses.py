@@ -6,7 +6,7 @@ from pathlib import Path
 
 from recordings.responses import Responses
 from twin.diagnose.cause import Cause
-from twin.diagnose.diagnose import HeldOut, diagnose_evidence, notes_on
+from twin.diagnose.diagnose import HeldOutData, diagnose_evidence, notes_on
 from twin.diagnose.effects import with_effects
 from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.models import CAUSES
@@ -52,7 +52,7 @@ def diagnose_responses(
     names = ", ".join(one.cause for one in unseeable)
     first = f"frequency responses alone have no force level and no time: linear causes only, not {names}"
     return diagnose_evidence(
-        SoundData(evidence, (), None), HeldOut(), causes=seen, out=out, notes=(first, *told, *notes_on(rig)),
+        SoundData(evidence, (), None), HeldOutData(), causes=seen, out=out, notes=(first, *told, *notes_on(rig)),
         begun=begun, thorough=thorough, unseeable=unseeable, report=report,
     )  # fmt: skip
 

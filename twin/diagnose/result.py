@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.exclusion import Exclusion
+from twin.diagnose.misfit import Misfit, Verdict
 from twin.diagnose.missing import MissingForce
 from twin.diagnose.posterior import Weighed
 from twin.diagnose.search import Search
@@ -23,11 +24,11 @@ __all__ = [
     "Misfit",
     "NamedCause",
     "NextTest",
+    "Verdict",
     "answer_dict",
     "values_text",
 ]
 
-Verdict = Literal["explained", "none", "ambiguous", "unknown"]
 IN_WORDS = {"none": "no cause at all", "unknown": "something that is on no list"}
 
 
@@ -51,16 +52,6 @@ class NamedCause:
     confused_with: tuple[str, ...]
     parameters: Mapping[str, Estimate | str | tuple[int, ...]]
     in_model: bool
-
-
-@dataclass(frozen=True, kw_only=True)
-class Misfit:
-    """How far the base family is from the data, and where: shares of chi2 by run, channel and harmonic."""
-
-    chi2_per_dof: float
-    after: float
-    threshold: float
-    where: tuple[dict[str, Any], ...]
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,13 @@ import numpy as np
 
 from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
+from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import Tolerances, fit_with_errors, infer_errors
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, log_weight, temperature
 from twin.diagnose.profile import threshold_of
 from twin.diagnose.racing import USUAL, Begun, Effort, Race, once_more
-from twin.diagnose.score import Score, score_causes
+from twin.diagnose.score_test import Score, score_causes
 from twin.identify.base_fit import fit_base, law_from_steps
 from twin.identify.error_model import continuation
 from twin.identify.harmonics import harmonic_residuals
@@ -28,12 +29,6 @@ from twin.identify.whitening import HarmonicResiduals
 __all__ = ["Report", "Search", "Stage", "search_causes"]
 
 Report = Callable[[str], None]
-
-FOLLOWS = 3e-4
-"""Error of stiffness up to which a model follows the data: beyond, a resonance is a good part of its width away."""
-HELD_LEVELS = 3
-"""Model errors through which a cause that the law can imitate keeps its size: with larger ones the data tell the law,
-but no threshold, which would drift to where it is never met."""
 
 
 @dataclass(frozen=True)
@@ -154,7 +149,10 @@ def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, mode
 
     These say best where the resonances are, and a cause explains what they should not need.
     """
-    if model.errors.steps.stiffness < FOLLOWS and model.errors.broadband.stiffness < FOLLOWS:
+    if (
+        model.errors.steps.stiffness < LIMITS.search_follows
+        and model.errors.broadband.stiffness < LIMITS.search_follows
+    ):
         return model
     start, hypotheses = model.baseline, model.hypotheses
     loose = continuation(sound_errors(evidence))[0]
@@ -316,8 +314,8 @@ def _beside_no_law(
     hypotheses = (*model.hypotheses, hypothesis)
     begun = residual_model(evidence, modification_of(evidence, hypotheses), harmonics)
     levels, linear = continuation(sound_errors(evidence)), nominal_base(evidence)
-    for level in levels[:HELD_LEVELS]:
+    for level in levels[: LIMITS.held_levels]:
         start = law_from_steps(begun, linear)
         fit = fit_model(evidence, harmonics, start, hypotheses, errors=level, iterations=8, tolerance=2.0, frozen=True)
         linear = fit.baseline.base
-    return Begun(fit.baseline, hypotheses, levels[HELD_LEVELS:] or levels[-1:])
+    return Begun(fit.baseline, hypotheses, levels[LIMITS.held_levels :] or levels[-1:])

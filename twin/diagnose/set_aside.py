@@ -4,11 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from twin.diagnose.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
 from twin.identify.sweeps import rows_by_sweep
-
-ENOUGH = 16
-"""Steps of which a quarter can be spared."""
 
 
 def set_aside(evidence: MeasuredData) -> tuple[MeasuredData, MeasuredData | None, tuple[str, ...]]:
@@ -28,7 +26,7 @@ def set_aside(evidence: MeasuredData) -> tuple[MeasuredData, MeasuredData | None
         chosen = sorted(sweeps, key=lambda name: states[sweeps[name][0]].target_amplitude)[len(sweeps) // 2]
         inside[sweeps[chosen]] = True
         told = [chosen]
-    elif len(states) >= ENOUGH:
+    elif len(states) >= LIMITS.set_aside_enough:
         inside[2::4] = True
         told = [f"every fourth step of {name}" for name in sweeps]
     else:

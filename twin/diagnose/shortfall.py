@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from twin.diagnose.result import Misfit, Verdict
-
-SEVERAL_TIMES = 3.0
-"""Error on what was held out over what sound rigs' models leave, beyond which something is unexplained: a model that is
-right leaves 1, and moduli known as well as a campaign tells them add less than as much again."""
-LEAST_GROWTH = 0.1
-"""Of the same: by how much an error must rise to have grown.  The rms over fifty steps is known no better."""
+from twin.diagnose.limits import LIMITS
+from twin.diagnose.misfit import Misfit, Verdict
 
 
 class _HeldOut(Protocol):
@@ -35,9 +29,9 @@ def shortfall(verdict: Verdict, misfit: Misfit, gain: _HeldOut | None) -> str:
 
     A gain is none where the held-out error is still several times its noise, or has grown.
     """
-    if gain is not None and gain.after - gain.before > LEAST_GROWTH * gain.expected:
+    if gain is not None and gain.after - gain.before > LIMITS.least_growth * gain.expected:
         return f"the held-out error grew from {100 * gain.before:.2g} % to {100 * gain.after:.2g} %"
-    if gain is not None and gain.after > SEVERAL_TIMES * gain.expected:
+    if gain is not None and gain.after > LIMITS.several_times * gain.expected:
         return (
             f"the held-out error of {100 * gain.after:.2g} % is still several times its noise, "
             f"{100 * gain.noise_floor:.2g} %"

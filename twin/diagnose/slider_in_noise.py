@@ -19,12 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from twin.diagnose.limits import LIMITS
 from twin.identify.model_modification import NoiseMotion
 
 Array = NDArray[Any]
-
-LEAST, MOST = -15.0, 15.0
-"""Logarithms of the odds of slipping between which it is sought."""
 
 
 def slider_in_noise(motion: NoiseMotion, omega: Array, k: float, slip_force: float) -> Array:
@@ -57,8 +55,12 @@ def series_spring_and_rate(motion: NoiseMotion, k: float, slip_force: float) -> 
         y, stiffness, rate = linear(odds)
         return float(np.log(stiffness**2 * np.sum(power / (omega2 + rate**2)) + 1e-300) - np.log(y * slip_force**2))
 
-    if slip_force <= 0 or k <= 0 or excess(LEAST) <= 0:
+    if slip_force <= 0 or k <= 0 or excess(LIMITS.slider_in_noise_least) <= 0:
         return k, 0.0
-    odds = MOST if excess(MOST) >= 0 else brentq(excess, LEAST, MOST, xtol=1e-13)
+    odds = (
+        LIMITS.slider_in_noise_most
+        if excess(LIMITS.slider_in_noise_most) >= 0
+        else brentq(excess, LIMITS.slider_in_noise_least, LIMITS.slider_in_noise_most, xtol=1e-13)
+    )
     _, stiffness, rate = linear(odds)
     return float(stiffness), float(rate)

@@ -1,10 +1,11 @@
-"""From the selection to an answer: the probability of every hypothesis, and what is honest to say."""
+"""The rule of the verdict: from the selection to the probability of every hypothesis, and to what is honest to say."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from twin.diagnose.fitted_model import FittedModel
+from twin.diagnose.limits import LIMITS
 from twin.diagnose.places import told_place
 from twin.diagnose.posterior import (
     LOG_ODDS_OF_UNKNOWN,
@@ -21,9 +22,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.natural_frequencies import MeasuredFrequencies
 
 __all__ = ["Posterior", "decide", "named_causes", "posterior_of", "rivals_of"]
-
-WORTH_A_LINE = 0.01
-"""Least probability of a rival that is told."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +132,7 @@ def named_causes(
     told: set[str] = set()
     for model, p in zip(posterior.models, posterior.probability, strict=True):
         source = search.model if {h.key for h in model.hypotheses} == in_model else model
-        if p < WORTH_A_LINE and source is not search.model:
+        if p < LIMITS.worth_a_line and source is not search.model:
             continue
         for number, _ in enumerate(source.hypotheses):
             key = source.hypotheses[number].key

@@ -19,6 +19,7 @@ from scipy.sparse import csr_array, save_npz
 from recordings.errors import InputError
 from recordings.whole import refuse_existing, whole_file
 from twin.rigs import Rig
+from twin.rigs.matrices.op4_matrix import SYMMETRIC
 from twin.structure import assemble, named_rows
 
 __all__ = ["SUFFIXES", "write_matrices"]
@@ -26,8 +27,8 @@ __all__ = ["SUFFIXES", "write_matrices"]
 Array = NDArray[Any]
 DIGITS = 3
 """Numbers on a line of an OUTPUT4 file."""
-SYMMETRIC, REAL_DOUBLE = 6, 2
-"""Form and type of a matrix in OUTPUT4."""
+REAL_DOUBLE = 2
+"""Type of a matrix in OUTPUT4."""
 HEAD = ("node", "dof", "row", "x_m", "y_m", "z_m")
 
 

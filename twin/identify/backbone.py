@@ -12,23 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from twin.identify.limits import LIMITS
 from twin.identify.modal_prediction import predict_held
 from twin.identify.robust_curve import RobustCurve, fit_robust_curve
 from twin.rigs.modal import LevelFit, ModalLaw, ModalRig
 
 Array = NDArray[np.float64]
 KNOTS = 33
-FREQUENCY_SCALE = 1e-4
-"""Scatter expected of a sweep's frequency, relative: what reassembly-free repetition on a bolted beam reaches."""
 DAMPING_SCALE = 0.02
-PHASE_OFFSET = 1.0
-"""A weak prior on the phase offset (rad), which alone decides it where no phase was kept."""
-SHIFTED = 4.0
-"""A sweep further from the others' curve than this many robust standard deviations is called shifted."""
 
 
 @dataclass(frozen=True)
-class Sweep:
+class BackboneSweep:
     """One level: arrays of equal length, forces and accelerations peak values.
 
     The phase is the response's against the force in whatever convention the laboratory has (of displacement or
@@ -59,7 +54,9 @@ class _Fit:
     rms: Array
 
 
-def identify_backbone(sweeps: Sequence[Sweep], *, name: str, source: str = "", channel: str = "acc1") -> ModalRig:
+def identify_backbone(
+    sweeps: Sequence[BackboneSweep], *, name: str, source: str = "", channel: str = "acc1"
+) -> ModalRig:
     """Identify an amplitude-dependent mode.
 
     Parameters
@@ -101,13 +98,13 @@ def identify_backbone(sweeps: Sequence[Sweep], *, name: str, source: str = "", c
                 left_out_frequency_error_Hz=error,
                 left_out_force_rms=float(np.sqrt(np.mean((predicted / sweep.force_N - 1) ** 2))),
                 shifted=0 < k < len(sweeps) - 1
-                and abs(error) > SHIFTED * max(spread, FREQUENCY_SCALE * fit.frequency_Hz[k]),
+                and abs(error) > LIMITS.backbone_shifted * max(spread, LIMITS.frequency_scale * fit.frequency_Hz[k]),
             )
         )
     return ModalRig(kind="modal", name=name, source=source, channel=channel, law=law, level=levels, note=_notes(levels))
 
 
-def _fit_levels(sweeps: Sequence[Sweep]) -> _Fit:
+def _fit_levels(sweeps: Sequence[BackboneSweep]) -> _Fit:
     """Least squares on the complex logarithm of the receptance, all sweeps together."""
     count = len(sweeps)
     phases = _displacement_phases(sweeps)
@@ -130,7 +127,7 @@ def _fit_levels(sweeps: Sequence[Sweep]) -> _Fit:
     def residual(theta: Array) -> Array:
         logs = [np.log(model(theta, k) / measured[k]) for k in range(count)]
         angles = [part.imag for part, known in zip(logs, with_phase, strict=True) if known]
-        return np.concatenate([*(part.real for part in logs), *angles, theta[2:3] / PHASE_OFFSET])
+        return np.concatenate([*(part.real for part in logs), *angles, theta[2:3] / LIMITS.phase_offset])
 
     start = np.zeros(3 + 2 * count)
     for k, s in enumerate(sweeps):
@@ -158,7 +155,7 @@ def _fit_levels(sweeps: Sequence[Sweep]) -> _Fit:
     )
 
 
-def _displacement_phases(sweeps: Sequence[Sweep]) -> list[Array]:
+def _displacement_phases(sweeps: Sequence[BackboneSweep]) -> list[Array]:
     """Phases turned so that the response lags the force by a quarter turn at resonance, later the higher the frequency.
 
     What is left, an offset of less than an eighth of a turn, is fitted.
@@ -179,7 +176,9 @@ def _displacement_phases(sweeps: Sequence[Sweep]) -> list[Array]:
 
 def _curves(amplitude: Array, fit: _Fit) -> tuple[RobustCurve, RobustCurve]:
     """Frequency (Hz) and damping ratio over the amplitude."""
-    frequency = fit_robust_curve(amplitude, fit.frequency_Hz, scale=FREQUENCY_SCALE * float(fit.frequency_Hz.mean()))
+    frequency = fit_robust_curve(
+        amplitude, fit.frequency_Hz, scale=LIMITS.frequency_scale * float(fit.frequency_Hz.mean())
+    )
     damping = fit_robust_curve(amplitude, fit.damping, scale=DAMPING_SCALE * float(np.median(fit.damping)))
     return frequency, damping
 

@@ -13,8 +13,9 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import ErrorModel, continuation
 from twin.identify.frequency_model import FrequencyModel, starting_moduli
 from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
-from twin.identify.joint_law import KNOTS, LayerLaw, choose_knots, spacing, spline_basis
+from twin.identify.joint_law import LayerLaw, choose_knots, spacing, spline_basis
 from twin.identify.likelihood import nominal_base, residual_model, sound_errors
+from twin.identify.limits import LIMITS
 from twin.identify.linear_fit import LARGEST_STEP, base_bounds
 from twin.identify.linear_model import LinearParameters
 from twin.identify.measured_data import MeasuredData
@@ -27,24 +28,10 @@ Array = NDArray[Any]
 
 TURNS = 25
 """Newton steps for each step's own softening and loss; eight are usual."""
-LARGEST_LOSS = 10.0
-"""Loss modulus that is looked for, over E'."""
 HARMONIC_TURNS = 6
 """Of the law and of what harmonics add to it, one found from the other."""
-READ_OFF = 1e-3
-"""Relative error of a response within which a step's softening and loss count as found."""
-SMOOTHNESS = 0.04
-"""Weight of a law's curvature over the logarithm of amplitude beside the steps' own when it is first read off them."""
-SOFTENING_OF_A_STEP = (-0.5, 0.98)
-"""Least and largest that is looked for, over E'."""
-MOST_SOFTENED, MOST_STIFFENED = 0.98, 0.5
+MOST_STIFFENED, MOST_SOFTENED = -LIMITS.softening_of_a_step[0], LIMITS.softening_of_a_step[1]
 """Shares of E' that a law may take off or add."""
-REWEIGHTED = 4
-"""Most fits with one model error, each with the weights at the last one's end, until they gain nothing."""
-TOLERANCE = 0.3
-"""Gain of a fit with new weights, in units of the cost per degree of freedom, at which they are left as they are."""
-COARSE_TOLERANCE = 2.0
-"""The same while the model errors are not yet the last ones."""
 HELD_PRECISION = 1e16
 """Of an unknown that is held: so small an uncertainty moves nothing, and the information stays invertible."""
 
@@ -58,7 +45,7 @@ class BaseFit:
 
 
 def starting_baseline(
-    evidence: MeasuredData, *, knots: int = KNOTS, modification: ModelModification | None = None
+    evidence: MeasuredData, *, knots: int = LIMITS.joint_law_knots, modification: ModelModification | None = None
 ) -> BaselineParameters:
     """Base parameters of the broadband fit, else what is assumed, and a law read off the steps one by one."""
     base = evidence.linear.base if evidence.linear else nominal_base(evidence)
@@ -73,7 +60,7 @@ def _starting_baselines(evidence: MeasuredData) -> list[BaselineParameters]:
 
 
 def law_from_steps(
-    residual_model: ResidualModel | FrequencyModel, base: LinearParameters, *, knots: int = KNOTS
+    residual_model: ResidualModel | FrequencyModel, base: LinearParameters, *, knots: int = LIMITS.joint_law_knots
 ) -> BaselineParameters:
     """The laws that reproduce each step's reference channel, smoothed onto knots that follow the layers' own motion.
 
@@ -109,8 +96,8 @@ def law_from_steps(
         determinant = a.real * b.imag - a.imag * b.real
         ds = (gap.real * b.imag - gap.imag * b.real) / determinant
         dl = (a.real * gap.imag - a.imag * gap.real) / determinant
-        s = np.clip(s + np.clip(ds, -0.3, 0.3), *SOFTENING_OF_A_STEP)
-        loss = np.clip(loss + np.clip(dl, -1.0, 1.0), -0.1 * LARGEST_LOSS, LARGEST_LOSS)
+        s = np.clip(s + np.clip(ds, -0.3, 0.3), *LIMITS.softening_of_a_step)
+        loss = np.clip(loss + np.clip(dl, -1.0, 1.0), -0.1 * LIMITS.largest_loss, LIMITS.largest_loss)
     of_harmonics, found = np.zeros_like(s), Balance(motion, stiffness, Added.nothing(motion.shape, p), np.abs(gap))
     for _ in range(HARMONIC_TURNS):
         laws = _smoothed(residual_model, s - of_harmonics, loss, motion, knots, each, found.unsettled)
@@ -149,10 +136,10 @@ def _smoothed(
             energy = weights[:, at] * amplitude**2
             B = np.einsum("sp,spk->sk", energy / energy.sum(axis=1, keepdims=True), spline_basis(x, amplitude)[0])
             weight = 1.0 if by_moduli is None else np.abs(np.sum(by_moduli[:, at], axis=1))
-            weight = np.broadcast_to(weight, len(values)) * (gap < READ_OFF)
+            weight = np.broadcast_to(weight, len(values)) * (gap < LIMITS.read_off)
             weight = np.minimum(weight, 3 * np.median(weight))
             weight = weight / (np.max(weight) or 1.0)
-            straight = SMOOTHNESS * spacing(x) ** -1.5 * np.diff(np.eye(knots), 2, axis=0)
+            straight = LIMITS.base_fit_smoothness * spacing(x) ** -1.5 * np.diff(np.eye(knots), 2, axis=0)
             rows = np.vstack([weight[:, None] * B, straight, 1e-3 * np.eye(knots)])
             right = np.concatenate([weight * values, np.zeros(len(rows) - len(values))])
             found.append((x, np.linalg.lstsq(rows, right, rcond=None)[0]))
@@ -179,7 +166,7 @@ def fit_base(
     start: BaselineParameters | None = None,
     errors: ErrorModel | None = None,
     iterations: int = 30,
-    tolerance: float = TOLERANCE,
+    tolerance: float = LIMITS.base_fit_tolerance,
     held_at_zero: Sequence[int] = (),
 ) -> BaseFit:
     """Fit base parameters and law, through model errors from large ones down to `errors`.
@@ -191,7 +178,7 @@ def fit_base(
     errors
         Those of sound rigs by default.
     tolerance
-        Of the last fit, as :data:`TOLERANCE`.
+        Of the last fit, as :data:`LIMITS.base_fit_tolerance`.
     held_at_zero
         Places in the unknowns' vector that are not free.
     """
@@ -213,10 +200,10 @@ def _fitted_from(
         baseline = baseline.with_vector(vector)
     bounds = (baseline_bounds(baseline, 0), baseline_bounds(baseline, 1))
     for level in continuation(errors):
-        enough = tolerance if level is errors else COARSE_TOLERANCE
+        enough = tolerance if level is errors else LIMITS.coarse_tolerance
         solve = partial(_minimised, evidence, baseline, bounds, held, level, enough / 10)
         solution = minimise_reweighted(
-            solve, baseline.vector, rounds=REWEIGHTED, tolerance=enough, iterations=iterations
+            solve, baseline.vector, rounds=LIMITS.base_fit_reweighted, tolerance=enough, iterations=iterations
         )
         baseline = baseline.with_vector(solution.x)
     return BaseFit(baseline, solution)

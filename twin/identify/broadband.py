@@ -18,6 +18,7 @@ from scipy.ndimage import percentile_filter
 from scipy.optimize import nnls
 from scipy.signal import find_peaks
 
+from twin.identify.limits import LIMITS
 from twin.identify.spectrum import BroadbandRecord, h1
 
 Complex = NDArray[Any]
@@ -25,16 +26,8 @@ Real = NDArray[Any]
 
 GRID, SURROUNDINGS = 0.01, 111
 """Step in log frequency, and how many of them are a response's surroundings: a factor of three."""
-BIN_SHARE = 0.12
-"""A bin's width beside its distance to the nearest resonance."""
-HALF_WIDTH_Hz = 0.02
-"""Least distance to a resonance that is told apart."""
 
-KINKED, AROUND, COARSE_Hz = 2.0, 10, 0.5
-"""A bin wider than the last whose lines scatter by this factor more than the bins around it hides a resonance."""
 EXCITED = 0.02
-NOISIEST = 0.2
-"""Relative standard deviation up to which a bin is kept."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,8 +95,13 @@ def hidden_resonances(data: BinnedResponse) -> Real:
     A light resonator on the structure makes a kink, no peak that stands out by itself.
     """
     scatter, f = data.distortion, data.frequency_Hz
-    around = np.array([np.median(scatter[max(0, i - AROUND) : i + AROUND + 1]) for i in range(len(f))])
-    kinked = (scatter > KINKED * around) & (np.gradient(f) > COARSE_Hz)
+    around = np.array(
+        [
+            np.median(scatter[max(0, i - LIMITS.broadband_around) : i + LIMITS.broadband_around + 1])
+            for i in range(len(f))
+        ]
+    )
+    kinked = (scatter > LIMITS.broadband_kinked * around) & (np.gradient(f) > LIMITS.broadband_coarse_Hz)
     runs = np.split(np.arange(len(f)), np.flatnonzero(np.diff(kinked)) + 1)
     return np.array([np.average(f[run], weights=scatter[run]) for run in runs if kinked[run[0]]])
 
@@ -146,7 +144,7 @@ def bin_response(
     poles: Complex,
     resonances_Hz: Real,
     band_Hz: Real,
-    half_width_Hz: float = HALF_WIDTH_Hz,
+    half_width_Hz: float = LIMITS.half_width_Hz,
 ) -> BinnedResponse:
     """Reduce a record to bins.
 
@@ -197,7 +195,7 @@ def bin_response(
     covariance = covariance * np.maximum(1.0, distortion)[:, None, None] / total[:, None, None]
     # The logarithm of a response wants it well above its noise.
     share = np.max(np.einsum("boo->bo", covariance).real / np.abs(smooth) ** 2, axis=1)
-    clear = share < NOISIEST**2
+    clear = share < LIMITS.broadband_noisiest**2
     kept = (centre, H, smooth, covariance, distortion, total)
     centre, H, smooth, covariance, distortion, total = (values[clear] for values in kept)
     # A line's amplitude is a peak value: its variance is twice the density times the resolution.
@@ -235,13 +233,15 @@ def _transient(R: Complex, omega: Real, poles: Complex, noise: Complex) -> Compl
     return basis @ solution.reshape(outputs, count).T
 
 
-def response_bins(frequency: Real, resonances_Hz: Real, half_width_Hz: float = HALF_WIDTH_Hz) -> NDArray[np.int64]:
+def response_bins(
+    frequency: Real, resonances_Hz: Real, half_width_Hz: float = LIMITS.half_width_Hz
+) -> NDArray[np.int64]:
     """Edges, as places in `frequency`, of bins that are narrow near resonances and at most 8 Hz wide elsewhere."""
     edges = [0]
     step = frequency[1] - frequency[0]
     while edges[-1] < len(frequency):
         distance = np.min(np.abs(frequency[edges[-1]] - resonances_Hz), initial=1e3) + half_width_Hz
-        width = min(BIN_SHARE * distance, 8.0)
+        width = min(LIMITS.bin_share * distance, 8.0)
         edges.append(edges[-1] + max(1, int(width / step)))
     edges[-1] = len(frequency)
     return np.array(edges)

@@ -3,9 +3,10 @@
 import numpy as np
 
 from twin.identify.joint_law import LayerLaw
+from twin.identify.limits import LIMITS
 from twin.identify.local_forces import LocalForces, Surroundings
 from twin.identify.model_modification import NonlinearForce
-from twin.identify.opening_harmonics import ODD, Openings, balance_openings
+from twin.identify.opening_harmonics import Openings, balance_openings
 from twin.identify.receptance import ModalBasis
 from twin.identify.slipping import slipping_harmonics
 from twin.identify.structural_modification import PortPairs, update_receptance
@@ -16,10 +17,19 @@ def compile_kernels() -> None:
     one, law = np.ones(1), LayerLaw.zero(np.geomspace(0.1, 1.0, 5), np.geomspace(0.1, 1.0, 5))
     layer = LocalForces((), np.ones((1, 2)), np.zeros(1, int))
     layer.balance([law], one, _surroundings(2))
-    h, point = len(ODD), np.ones((1, 1))
+    h, point = len(LIMITS.opening_harmonics_odd), np.ones((1, 1))
     around = np.zeros((1, h, 1, 1), complex)
     openings = Openings(
-        point + 0j, 0 * point, point, one, np.zeros(1, int), ODD, around, around[..., 0], around, around[..., 0]
+        point + 0j,
+        0 * point,
+        point,
+        one,
+        np.zeros(1, int),
+        LIMITS.opening_harmonics_odd,
+        around,
+        around[..., 0],
+        around,
+        around[..., 0],
     )
     balance_openings([law], openings)
     spring = NonlinearForce(

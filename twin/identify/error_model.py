@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.broadband import BinnedResponse
-from twin.identify.linear_fit import FREQUENCY_STD, MODULI_STD
+from twin.identify.limits import LIMITS
+from twin.identify.linear_fit import MODULI_STD
 from twin.identify.measured_data import StepArrays
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import Whitening
@@ -57,7 +58,7 @@ class ErrorModel:
 
     steps: Discrepancy
     broadband: Discrepancy
-    frequency: float = FREQUENCY_STD
+    frequency: float = LIMITS.frequency_std
     moduli: float = MODULI_STD
     roughness: tuple[float, float] = (1.6, 7.8)
 
@@ -84,8 +85,6 @@ SOUND = ErrorModel(steps=Discrepancy(2e-6, 5e-5), broadband=Discrepancy(4e-5, 6e
 bench's seed 5301.  The roughness: these two, and the bench's seeds 7201 and 7202."""
 SPREAD = np.log(3.0)
 """Standard deviation of the logarithm of each: sound rigs lie within a factor of three."""
-ANY = 1e4
-"""Largest stiffness error of a model that lacks something, over a sound rig's: a resonance is then a per cent off."""
 CONTINUATION = (
     (1e-2, 3e-2, 0.01),
     (3e-3, 1e-2, 0.03),
@@ -110,14 +109,14 @@ def log_prior(errors: ErrorModel, sound: ErrorModel = SOUND, *, free: bool = Fal
     sound
         Those of sound rigs.
     free
-        Whether those of stiffness may have any size up to :data:`ANY`, over a sound rig's.
+        Whether those of stiffness may have any size up to :data:`LIMITS.error_model_any`, over a sound rig's.
     """
     total = sum(_log_normal(own / usual) for own, usual in zip(errors.roughness, sound.roughness, strict=True))
     for kind in ("steps", "broadband"):
         for name in ("stiffness", "ratio"):
             ratio = getattr(getattr(errors, kind), name) / getattr(getattr(sound, kind), name)
             if free and name == "stiffness":
-                total -= np.log(np.log(ANY))
+                total -= np.log(np.log(LIMITS.error_model_any))
             else:
                 total += _log_normal(ratio)
     return float(total)

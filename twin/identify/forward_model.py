@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 from twin.identify.balance import Added, Balance, log_amplitudes
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
+from twin.identify.limits import LIMITS
 from twin.identify.linear_forward_model import LinearForwardModel
 from twin.identify.local_forces import Influence, LocalForces, Surroundings
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, NoiseMotion
 from twin.identify.opening_harmonics import (
-    EVEN_TOO,
-    ODD,
     OpeningBalance,
     Openings,
     at_harmonic,
@@ -200,7 +199,7 @@ class ForwardModel(LinearForwardModel):
     @property
     def orders(self) -> tuple[int, ...]:
         """Harmonics of the openings that are balanced."""
-        return EVEN_TOO if self.modification.opening else ODD
+        return LIMITS.even_too if self.modification.opening else LIMITS.opening_harmonics_odd
 
     def openings(
         self, baseline: BaselineParameters, balance: Balance, around: Sequence[AtHarmonic] | None = None

@@ -15,10 +15,11 @@ from recordings.errors import InputError
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.changed_model import changed_structure
 from twin.identify.error_model import SHIFT, SOUND, Discrepancy, ErrorModel
+from twin.identify.limits import LIMITS
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import LinearParameters
 from twin.identify.linearisation import Linearisation
-from twin.identify.model_modification import UNCHANGED, Attachment, ModelModification
+from twin.identify.model_modification import Attachment, ModelModification
 from twin.identify.natural_frequencies import MeasuredFrequencies, StateFrequencies
 from twin.identify.prediction import Prediction
 from twin.identify.whitening import Whitening
@@ -38,14 +39,8 @@ Array = NDArray[np.float64]
 
 PROBE = 2 * np.pi * np.array([0.0, 50.0, 100.0])
 """Three frequencies that tell a mass and a spring from any other attachment, rad/s."""
-IN_A_ROW = 0.999
-"""Cosine of the angle to x up to which all beams lie in one row."""
-SHIFTED_BY = 0.01
-"""Of the lowest measured frequency: so far the modes are shifted where a rigid motion would make K singular."""
 SHEAR_GRID, NORMAL_FACTORS = np.geomspace(1e6, 3e9, 40), np.geomspace(0.4, 2.5, 12)
 """N/m2, from layers that hardly hold to those that frequencies cannot tell from rigid ones; and of E' as assumed."""
-FOLLOWED, AS_PROBABLE = 3, 2.5
-"""Places of the grid from which fits begin; standard deviations beforehand within which they are looked for."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +144,7 @@ class FrequencyModel:
         K = K0.copy()
         for own, values in zip(terms, self._moduli(table.state, base), strict=True):
             K += sum((value * term for term, value in zip(own, values, strict=True)), np.zeros_like(K))
-        shift = (SHIFTED_BY * 2 * np.pi * float(np.min(table.frequency_Hz))) ** 2
+        shift = (LIMITS.shifted_by * 2 * np.pi * float(np.min(table.frequency_Hz))) ** 2
         found = bending_modes(M, K, self._counted, least=int(table.number.max()), shift=shift)
         chosen = table.number - 1
         return found.omega[chosen] / (2 * np.pi), found.Phi[:, chosen]
@@ -167,7 +162,9 @@ class FrequencyModel:
             return base.E, np.zeros(0)
         first, joints = self._first(state), [joint.name for joint in self.structure.joints]
         own = slice(first, first + len(joints))
-        factors = np.array([self.modification.moduli_factor.get(name, UNCHANGED) for name in joints])
+        factors = np.array(
+            [self.modification.moduli_factor.get(name, LIMITS.model_modification_unchanged) for name in joints]
+        )
         return base.E[own] * factors[:, 0], base.G[own] * factors[:, 1]
 
     @cached_property
@@ -180,7 +177,9 @@ class FrequencyModel:
     @cached_property
     def _counted(self) -> NDArray[np.bool_]:
         layout = self.structure.layout
-        row = len(layout.beams) == len(layout.parts) and all(abs(beam.axis[0]) > IN_A_ROW for beam in layout.beams)
+        row = len(layout.beams) == len(layout.parts) and all(
+            abs(beam.axis[0]) > LIMITS.in_a_row for beam in layout.beams
+        )
         return self.structure.transverse if row else np.ones(len(self.structure.M), bool)
 
     @cached_property
@@ -242,8 +241,8 @@ def starting_moduli(evidence: MeasuredFrequencies) -> list[LinearParameters]:
     Another mode veers through the measured ones as a joint's modulus grows, and every crossing makes a narrow minimum.
     """
     nominal, model = evidence.nominal, FrequencyModel(evidence)
-    joints, most = len(evidence.rig.joints), AS_PROBABLE * evidence.log_std
-    best = [nominal] * FOLLOWED
+    joints, most = len(evidence.rig.joints), LIMITS.as_probable * evidence.log_std
+    best = [nominal] * LIMITS.frequency_model_followed
     for table in evidence.tables if joints else ():
         begun, first = [nominal], evidence.states.index(table.state) * joints
 
@@ -267,9 +266,9 @@ def starting_moduli(evidence: MeasuredFrequencies) -> list[LinearParameters]:
                     for number, (value, _, one) in enumerate(best_E, 1)
                     if value <= min(least[number - 1], least[number + 1])
                 ]
-            begun = [one for _, one in sorted(found, key=lambda pair: pair[0])[:FOLLOWED]]
+            begun = [one for _, one in sorted(found, key=lambda pair: pair[0])[: LIMITS.frequency_model_followed]]
         own = slice(first, first + joints)
-        for number in range(FOLLOWED):
+        for number in range(LIMITS.frequency_model_followed):
             one = begun[min(number, len(begun) - 1)]
             E, G = best[number].E.copy(), best[number].G.copy()
             E[own], G[own] = one.E[own], one.G[own]

@@ -11,17 +11,13 @@ from recordings import FrequencyTable
 from recordings.errors import InputError
 from twin.identify.base_fit import BaseFit, fit_base
 from twin.identify.frequency_model import FrequencyModel, check_modes
-from twin.identify.natural_frequencies import ASSUMED_STD, MeasuredFrequencies, measured_frequencies
+from twin.identify.limits import LIMITS
+from twin.identify.natural_frequencies import MeasuredFrequencies, measured_frequencies
 from twin.rigs import Rig
 
 __all__ = ["FrequencyModuli", "fit_moduli", "moduli_data"]
 
 Array = NDArray[np.float64]
-
-UNKNOWN_STD = 10.0
-"""Standard deviation of the moduli's logarithms beforehand: the frequencies alone decide, and none runs off."""
-FINE = 1e-3
-"""Tolerance of the fit: few frequencies leave narrow valleys, along which it creeps."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +115,7 @@ def moduli_data(table: FrequencyTable, rig: Rig, *, source: str, preload: str | 
     if len(states) > 1:
         raise InputError(path, "column preload", f"holds {', '.join(states)}", "identify each preload by itself")
     asked = [preload] if preload else []
-    evidence = measured_frequencies([table], rig, preloads=asked, source=source, log_std=UNKNOWN_STD)
+    evidence = measured_frequencies([table], rig, preloads=asked, source=source, log_std=LIMITS.unknown_std)
     if not evidence.where:
         raise InputError(source, "", "has neither a joint nor a beam, whose moduli frequencies could give")
     check_modes(evidence)
@@ -128,5 +124,11 @@ def moduli_data(table: FrequencyTable, rig: Rig, *, source: str, preload: str | 
 
 def fit_moduli(evidence: MeasuredFrequencies) -> FrequencyModuli:
     """Fit the moduli to :func:`moduli_data`."""
-    told = () if evidence.stated else (f"frequencies without std_Hz are taken to be good to {100 * ASSUMED_STD:g} %",)
-    return FrequencyModuli(evidence=evidence, fit=fit_base(evidence, tolerance=FINE), warnings=told)
+    told = (
+        ()
+        if evidence.stated
+        else (f"frequencies without std_Hz are taken to be good to {100 * LIMITS.assumed_std:g} %",)
+    )
+    return FrequencyModuli(
+        evidence=evidence, fit=fit_base(evidence, tolerance=LIMITS.frequency_moduli_fine), warnings=told
+    )

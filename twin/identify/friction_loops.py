@@ -12,13 +12,14 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import constants
 from scipy.optimize import least_squares
 from scipy.signal import butter, sosfiltfilt
 
 from recordings.errors import InputError
 
 Array = NDArray[np.float64]
-INCH, KIP = 0.0254, 4448.2216152605
+INCH, KIP = constants.inch, 1e3 * constants.pound_force
 SIZE_LIMIT_BYTES = 64 << 20
 SLIDERS = 24
 SETTLE_PERIODS = 1.0

@@ -18,19 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve, solve_toeplitz
 
+from twin.identify.limits import LIMITS
+
 __all__ = ["fill_gaps"]
 
 Array = NDArray[Any]
 
-ORDER = 96
-"""Of the prediction: two for each mode in band, and as many again for sensors, shaker and filter."""
 TURNS = 2
-MOST = 2048
-"""Missing samples of one gap, or of several that the prediction couples; across more of them lines are drawn."""
-STRAIGHT = 1e-6
-"""Deviation from a straight line, over the largest sample, of a signal that is one."""
-SELF_NOISE = 1e-10
-"""Relative to the power: what keeps the prediction of a signal without noise finite."""
 
 
 def fill_gaps(samples: Array) -> Array:
@@ -47,11 +41,11 @@ def fill_gaps(samples: Array) -> Array:
     filled = np.array(samples, float)
     sound = np.flatnonzero(~missing)
     filled[missing] = np.interp(np.flatnonzero(missing), sound, filled[sound])
-    order = min(ORDER, len(sound) // 4)
+    order = min(LIMITS.gaps_order, len(sound) // 4)
     if order < 2 or _straight(sound, filled[sound]):
         return filled
     mean = float(np.mean(filled[sound]))
-    gaps = [gap for gap in _gaps(missing, order) if len(gap) <= MOST]
+    gaps = [gap for gap in _gaps(missing, order) if len(gap) <= LIMITS.gaps_most]
     for _ in range(TURNS):
         B = _prediction_products(filled - mean, order)
         around = np.concatenate([B[:0:-1], B])
@@ -69,7 +63,7 @@ def fill_gaps(samples: Array) -> Array:
 def _straight(positions: Array, values: Array) -> bool:
     """Whether a straight line is all that there is to predict."""
     left = values - np.polynomial.Polynomial.fit(positions, values, 1)(positions)
-    return bool(np.ptp(left) <= STRAIGHT * np.max(np.abs(values)))
+    return bool(np.ptp(left) <= LIMITS.gaps_straight * np.max(np.abs(values)))
 
 
 def _gaps(missing: NDArray[np.bool_], order: int) -> list[Array]:
@@ -82,6 +76,6 @@ def _prediction_products(x: Array, order: int) -> Array:
     """B (order + 1,) by lag, of the prediction that leaves least of `x`."""
     spectrum = np.abs(np.fft.rfft(x, 2 * len(x))) ** 2
     r = np.fft.irfft(spectrum)[: order + 1]
-    r[0] *= 1 + SELF_NOISE
+    r[0] *= 1 + LIMITS.self_noise
     a = np.concatenate([[1.0], -solve_toeplitz(r[:-1], r[1:])])
     return np.asarray(np.correlate(a, a, mode="full")[order:])

@@ -7,18 +7,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.limits import LIMITS
 from twin.identify.time_limit import time_is_up
 
 Array = NDArray[Any]
 Ending = Literal["settled", "stuck", "out of iterations", "out of time", "not finite"]
-
-PROBED, SHARPEST = 0.1, 0.75
-"""Part of a step at which the residual's curvature is looked at, and twice the largest turn it may make of a step."""
-
-TRIALS = 10
-"""Dampings tried in one iteration, each eight times the last."""
-SAME = 0.01
-"""Relative difference of costs that new weights alone make."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +130,7 @@ def minimise(
             ended = "stuck"
             break
         accepted = False
-        for _trial in range(TRIALS):
+        for _trial in range(LIMITS.gauss_newton_trials):
             scaled = A + damping * np.diag(np.diag(A))
             step = np.zeros(len(x))
             step[free] = _solved(scaled[block], gradient[free])
@@ -147,8 +140,8 @@ def minimise(
             if largest_step is not None:
                 step *= min(1.0, 1.0 / max(np.max(np.abs(step) / largest_step), 1e-300))
             if residual_alone is not None and bends:
-                ahead = residual_alone(np.clip(x + PROBED * step, lower, upper))
-                step = step + _turn(step, free, scaled, J, (ahead - residual) / PROBED + J @ step)
+                ahead = residual_alone(np.clip(x + LIMITS.gauss_newton_probed * step, lower, upper))
+                step = step + _turn(step, free, scaled, J, (ahead - residual) / LIMITS.gauss_newton_probed + J @ step)
             trial = np.clip(x + step, lower, upper)
             p = float((trial - mean) @ precision @ (trial - mean))
             promising = residual_alone is None or not bends or _square(residual_alone(trial)) + p < chi2 + penalty
@@ -189,7 +182,9 @@ def minimise_reweighted(
     best = solution = solve(start, iterations=iterations)
     begun = start
     for left in reversed(range(rounds)):
-        if solution.gained_little(tolerance) and solution.history[0] <= best.history[0] * (1 + SAME):
+        if solution.gained_little(tolerance) and solution.history[0] <= best.history[0] * (
+            1 + LIMITS.gauss_newton_same
+        ):
             return solution
         ahead = solution.x
         solution = solve(ahead, iterations=iterations if left else 0)
@@ -224,6 +219,10 @@ def _turn(step: Array, free: Array, scaled: Array, J: Array, missed: Array) -> A
     turn = np.zeros(len(step))
     if not np.isfinite(missed).all():
         return turn
-    turn[free] = _solved(scaled[np.ix_(free, free)], (J.T @ missed)[free]) / PROBED
+    turn[free] = _solved(scaled[np.ix_(free, free)], (J.T @ missed)[free]) / LIMITS.gauss_newton_probed
     size = np.sqrt(np.diag(scaled))
-    return turn if 4 * np.linalg.norm(turn * size) < SHARPEST * np.linalg.norm(step * size) else np.zeros(len(step))
+    return (
+        turn
+        if 4 * np.linalg.norm(turn * size) < LIMITS.gauss_newton_sharpest * np.linalg.norm(step * size)
+        else np.zeros(len(step))
+    )

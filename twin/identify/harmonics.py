@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.limits import LIMITS
 from twin.identify.measured_data import HARMONICS
 from twin.identify.opening_harmonics import at_harmonic
 from twin.identify.residual_model import ResidualModel
@@ -13,16 +14,6 @@ from twin.identify.structural_modification import update_receptance
 from twin.identify.whitening import HarmonicResiduals, Whitening
 
 Array = NDArray[Any]
-
-SIGNATURE_ERROR = 0.04
-"""Relative error of the joint's signature: the law's time form shares its harmonics out among the points."""
-EVEN_ERROR = 0.12
-"""Relative error of any model of the even harmonics: lost contact on the bench, with its true size, errs by 0.09 and
-0.11, a stop of another program's by 0.03."""
-RESONANCE_ERROR = 0.002
-"""Relative error of the higher natural frequencies at large amplitudes: it matters to harmonics that fall near them."""
-LINEAR_ERROR = 0.1
-"""Relative error of the response to the force's own harmonics, some of which fall near other resonances."""
 
 
 def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParameters) -> HarmonicResiduals:
@@ -45,7 +36,9 @@ def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParamete
     ratio = linear / np.where(steps.force[:, orders - 1] == 0, 1.0, steps.force[:, orders - 1])[:, :, None]
     known = np.isfinite(variance)
     residual = np.where(known, residual, 0.0)
-    covariance = (np.where(known, variance, 1.0) + (LINEAR_ERROR * np.abs(linear)) ** 2)[..., None] * np.eye(outputs)
+    covariance = (np.where(known, variance, 1.0) + (LIMITS.linear_error * np.abs(linear)) ** 2)[..., None] * np.eye(
+        outputs
+    )
     force_variance = np.where(np.isfinite(steps.force_variance), steps.force_variance, 0.0)[:, orders - 1]
     covariance = covariance + force_variance[:, :, None, None] * ratio[..., :, None] * np.conj(ratio)[..., None, :]
     odd = (orders % 2 == 1)[None, :, None, None]
@@ -53,7 +46,9 @@ def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParamete
     direction = joint / np.maximum(np.linalg.norm(joint, axis=2, keepdims=True), 1e-300)
     anything = 100.0 * size[..., None, None] * direction[..., :, None] * np.conj(direction)[..., None, :]
     even = _even_error(residual_model, baseline, orders, joint, size)
-    tolerance = np.where(odd, SIGNATURE_ERROR**2 * size[..., None, None], even[..., None, None]) * np.eye(outputs)
+    tolerance = np.where(odd, LIMITS.signature_error**2 * size[..., None, None], even[..., None, None]) * np.eye(
+        outputs
+    )
     covariance = covariance + odd * anything + tolerance
     return HarmonicResiduals(
         orders,
@@ -121,9 +116,9 @@ def _even_error(
     harmonic's would do: near a resonance a small error of frequency makes a large harmonic small.
     """
     if not len(residual_model.points):  # no joint could have made them
-        return np.asarray(EVEN_ERROR**2 * size)
-    beside = harmonic_fields(residual_model, baseline, orders, stretch=1 + RESONANCE_ERROR)[1]
+        return np.asarray(LIMITS.even_error**2 * size)
+    beside = harmonic_fields(residual_model, baseline, orders, stretch=1 + LIMITS.resonance_error)[1]
     gain, gain_beside = (np.sum(np.abs(values) ** 2, axis=2) for values in (joint, beside))
     likely = np.maximum(size, size[:, :1] / gain[:, :1] * np.maximum(gain, gain_beside))
     detuned = np.sum(np.abs(beside - joint) ** 2, axis=2) / np.minimum(gain, gain_beside)
-    return np.asarray((EVEN_ERROR**2 + detuned) * likely)
+    return np.asarray((LIMITS.even_error**2 + detuned) * likely)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from twin.identify.balance import Added
 from twin.identify.forward_model import ForwardModel
 from twin.identify.joint_law import LayerLaw
+from twin.identify.limits import LIMITS
 from twin.identify.linear_model import LinearParameters
 from twin.identify.local_forces import LocalForces, Surroundings
 from twin.identify.opening_harmonics import (
@@ -35,15 +36,9 @@ __all__ = ["HeldRig", "HeldStates"]
 
 Array = NDArray[Any]
 
-STRIDE = 0.25
-"""Of the logarithm of the amplitudes at which the motion is found one from the other, the same for every question."""
 CHUNK = 4096
 HARMONIC_TURNS = 2
 """Each leaves some twentieth of what harmonics add, most where a harmonic meets another resonance."""
-DIFFERENCE = 1e-4
-"""Relative step of a damping ratio for a derivative."""
-FELT = 1e-3
-"""Softening over E' below which an opening has no harmonics to speak of."""
 
 
 @dataclass(frozen=True)
@@ -127,13 +122,13 @@ class HeldRig:
     def by_damping(self, rows: Array, states: HeldStates, mode: int) -> Array:
         """D log(response) (s,) / d log(damping ratio) of a mode, at the stiffness that `states` have."""
         zeta = self._base.zeta.copy()
-        zeta[mode] *= 1 + DIFFERENCE
+        zeta[mode] *= 1 + LIMITS.held_response_difference
         base = replace(self._base, zeta=zeta)
         other = HeldRig(
             self._rig, base, self._laws, self._rest, self._output, self._frequency, own_harmonics=False
         )  # fmt: skip
         _, response, _ = other._surroundings(rows, np.ones(len(rows))).reading(states.stiffness)
-        return np.asarray(np.log(response / states.response) / DIFFERENCE)
+        return np.asarray(np.log(response / states.response) / LIMITS.held_response_difference)
 
     def at_ends_of_law(self) -> tuple[Array, Array, Array]:
         """Responses (f,) without the law and with its last values; readings (f,) at which it has these.
@@ -171,15 +166,15 @@ class HeldRig:
         From the least amplitude upwards, each from the ones before, so that all are on one branch.
         """
         every = np.arange(len(low))
-        self._first = np.floor(np.log(low) / STRIDE).astype(int)
-        count = int(np.max(np.ceil(np.log(high) / STRIDE) - self._first)) + 3
+        self._first = np.floor(np.log(low) / LIMITS.held_response_stride).astype(int)
+        count = int(np.max(np.ceil(np.log(high) / LIMITS.held_response_stride) - self._first)) + 3
         shape = (count, *self._driven.shape)
         self._more, self._log_motion = np.zeros(shape, complex), np.zeros(shape)
         added, self._ripples = Added.nothing(shape, self.points), self._linear_ripples(count)
         for turn in range(1 + HARMONIC_TURNS if self._own_harmonics else 1):
             motion, stiffness = np.zeros_like(self._more), np.zeros_like(self._more)
             for c in range(count):
-                around = self._surroundings(every, np.exp((self._first + c) * STRIDE))
+                around = self._surroundings(every, np.exp((self._first + c) * LIMITS.held_response_stride))
                 if turn:
                     start = self._log_motion[c]
                 elif c < 2:
@@ -201,7 +196,7 @@ class HeldRig:
         return HeldStates.together(pieces)
 
     def _chunk(self, rows: Array, reading: Array) -> HeldStates:
-        place = np.log(reading) / STRIDE - self._first[rows]
+        place = np.log(reading) / LIMITS.held_response_stride - self._first[rows]
         lower = np.clip(place.astype(int), 1, len(self._more) - 3)
         share = (place - lower)[:, None]
         start = (1 - share) * self._log_motion[lower, rows] + share * self._log_motion[lower + 1, rows]
@@ -248,7 +243,7 @@ class HeldRig:
         softened = stiffness[:, :, :p].real / (self.weights[:, :p] * self._base.E[joint])
         gaps = np.array([slap.gap_m if slap else np.inf for slap in self._rig.slaps])[joint]
         lost = np.any(np.abs(motion[:, :, :p]) > gaps, axis=2)
-        softer = np.abs(softened.min(axis=2)) > FELT
+        softer = np.abs(softened.min(axis=2)) > LIMITS.held_response_felt
         felt = np.argwhere(lost | softer | bool(self._rig.modification.nonlinear))
         for k in range(0, len(felt), CHUNK):
             c, rows = felt[k : k + CHUNK].T

@@ -11,6 +11,7 @@ from twin.identify.base_fit import fit_base
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.estimate import Estimate
 from twin.identify.gauss_newton import Solution
+from twin.identify.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import Polynomials
 from twin.identify.residual_model import ResidualModel
@@ -22,9 +23,6 @@ from twin.rigs import Rig
 __all__ = ["Estimate", "Identified", "identify_rig"]
 
 Array = NDArray[Any]
-
-POOR_FIT = 1.5
-"""Chi2 per degree of freedom above which the model misses something."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,7 +135,7 @@ def _warnings(evidence: MeasuredData, chi2_per_dof: float) -> list[str]:
     overloaded = sum(state.overloaded for state in evidence.steps.states)
     if lost or overloaded:
         found.append(f"{lost} samples lost and {overloaded} on a converter's limit within the measured steps")
-    if chi2_per_dof > POOR_FIT:
+    if chi2_per_dof > LIMITS.poor_fit:
         found.append(
             f"chi2 per degree of freedom is {chi2_per_dof:.2f}: the model misses something, see 'twin diagnose'"
         )

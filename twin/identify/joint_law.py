@@ -16,29 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PPoly
 
-Array = NDArray[Any]
+from twin.identify.limits import LIMITS
 
-SMALLEST = 0.01
-"""First knot over the largest amplitude: below it a law is all but linear."""
-LAST_KNOT = 1.15
-"""Last knot over the largest amplitude, for a fit may open the layer a little farther than its start did."""
-RUN_OUT = 1.0
-"""Logarithm of amplitude over which a law levels off beyond its last knot.  A corner there would be a trap: where the
-layer opens farther yet, a fit ended as soon as the largest motion came to it."""
-NO_DATA_M = 1e-6
-"""Last knot where no sweep tells how far the layer moves."""
-KNOTS = 40
-"""Fine enough for two modes at once: a force that was left out is then foretold to 0.9e-3, by 24 knots to 2.0e-3."""
-NEVER = 1e3
-"""Logarithm of amplitude over the last knot that no amplitude comes to."""
-LARGEST = 5.0
-"""Prior size of a curve over its scale, for every unit of log amplitude: little more than that it is finite."""
+Array = NDArray[Any]
 
 
 def choose_knots(amplitude_m: Array, count: int) -> Array:
     """Knots (count,) that are evenly spaced over the logarithm of the amplitudes which matter."""
-    largest = float(np.max(amplitude_m, initial=0.0)) or NO_DATA_M
-    return np.geomspace(SMALLEST * largest, LAST_KNOT * largest, count)
+    largest = float(np.max(amplitude_m, initial=0.0)) or LIMITS.no_data_m
+    return np.geomspace(LIMITS.joint_law_smallest * largest, LIMITS.last_knot * largest, count)
 
 
 def spacing(knots: Array) -> float:
@@ -59,7 +45,7 @@ def curve_precision(knots: Array, roughness: float) -> Array:
     """
     h, third = spacing(knots), np.diff(np.eye(len(knots)), 3, axis=0)
     spread = roughness * h**2.5 * knots[2:-1] / knots[-1]
-    return np.asarray(third.T @ (third / spread[:, None] ** 2) + h * np.eye(len(knots)) / LARGEST**2)
+    return np.asarray(third.T @ (third / spread[:, None] ** 2) + h * np.eye(len(knots)) / LIMITS.joint_law_largest**2)
 
 
 @dataclass(frozen=True)
@@ -151,7 +137,7 @@ def _splines(knots: bytes) -> tuple[PPoly, PPoly]:
     inside = CubicSpline(u, np.vstack([np.zeros(len(x)), np.eye(len(x))]), bc_type="natural")
     value, slope = inside(u[-1]), inside(u[-1], 1)
     none = np.zeros_like(value)
-    beyond = [[none, -slope / (2 * RUN_OUT), slope, value], [none, none, none, value + slope * RUN_OUT / 2]]
+    beyond = [[none, -slope / (2 * LIMITS.run_out), slope, value], [none, none, none, value + slope * LIMITS.run_out / 2]]
     coefficients = np.concatenate([inside.c, np.swapaxes(beyond, 0, 1)], axis=1)
-    splines = PPoly(coefficients, np.append(u, u[-1] + [RUN_OUT, NEVER]))
+    splines = PPoly(coefficients, np.append(u, u[-1] + [LIMITS.run_out, LIMITS.never]))
     return splines, splines.derivative()

@@ -7,12 +7,10 @@ from numpy.typing import NDArray
 
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw
+from twin.identify.limits import LIMITS
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
-
-UNKNOWN_M = 1e-8
-"""Where nothing was measured that could tell."""
 
 
 def largest_motion(evidence: MeasuredData, joint: int) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -21,8 +19,8 @@ def largest_motion(evidence: MeasuredData, joint: int) -> tuple[NDArray[Any], ND
     base = evidence.linear.base if evidence.linear else nominal_parameters(evidence.rig, evidence.preload)
     p, own = len(residual_model.points), residual_model.local.of_joint(joint)
     if not len(evidence.steps):
-        return np.full(len(own), UNKNOWN_M), np.full(len(own), UNKNOWN_M)
-    nothing = np.array([UNKNOWN_M, 2 * UNKNOWN_M])
+        return np.full(len(own), LIMITS.unknown_m), np.full(len(own), LIMITS.unknown_m)
+    nothing = np.array([LIMITS.unknown_m, 2 * LIMITS.unknown_m])
     linear = BaselineParameters(base, (LayerLaw.zero(nothing, nothing),) * base.joints)
     motion = np.abs(residual_model.step_receptance(linear, inner=False)[2].motion)
     return motion[:, own].max(axis=0), motion[:, p + own].max(axis=0)

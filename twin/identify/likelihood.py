@@ -1,4 +1,4 @@
-"""What a kind of evidence is predicted by: everything that fits or weighs models asks here."""
+"""The likelihood of each kind of data: residuals, errors and sensitivities, for all that fits or weighs models."""
 
 from __future__ import annotations
 

@@ -12,24 +12,14 @@ from scipy.linalg import solve_triangular
 from twin.identify.broadband import BinnedResponse, bin_response, find_resonances, hidden_resonances
 from twin.identify.driven_gaps import driven_through
 from twin.identify.gauss_newton import minimise
-from twin.identify.linear_model import DAMPED_MODES, LinearModel, LinearParameters
+from twin.identify.limits import LIMITS
+from twin.identify.linear_model import LinearModel, LinearParameters
 from twin.identify.poles import poles_near
 from twin.identify.spectrum import BroadbandRecord
 from twin.structure import rigid_motions
 
-FREQUENCY_STD = 1e-4
-"""Prior of what the finite elements and rounded dimensions leave wrong in a natural frequency."""
 MODULI_STD = 0.1 / np.sqrt(3)
 """Prior of the logarithms of E' and G': no experimenter knows them to better than ten per cent, evenly spread."""
-DAMPING_STD, EACH_DAMPING_STD = 0.5, 0.15
-"""Prior of the logarithm of all damping ratios at once, and of each beside the others: what a structure's damping is
-like is known roughly, and one mode far out of line has a cause."""
-WIDE_FREQUENCY = 0.03
-"""Prior of a frequency discrepancy while a fit finds its way."""
-LARGEST_ALIGNMENT = 0.2
-"""A resonance farther off than this, as a logarithm, is not taken for the model's."""
-ASTRAY, FOUND = 4.0, 2.0
-"""Chi2 per degree of freedom from which on other moduli are tried to begin with, and up to which they are assumed."""
 LARGEST_STEP = {
     "log_E": 0.3,
     "log_G": 0.3,
@@ -70,7 +60,7 @@ class LinearFit:
 def base_prior(
     nominal: LinearParameters,
     *,
-    frequency_discrepancy_std: float = FREQUENCY_STD,
+    frequency_discrepancy_std: float = LIMITS.frequency_std,
     moduli_std: float = MODULI_STD,
     scatter: float = 0.0,
 ) -> tuple[Real, Real]:
@@ -88,16 +78,16 @@ def base_prior(
         Of the natural frequencies from one assembly to the next, beside that.
     """
     blocks = nominal.blocks(nominal.joints)
-    frequency_discrepancy = np.full(DAMPED_MODES, frequency_discrepancy_std)
+    frequency_discrepancy = np.full(LIMITS.damped_modes, frequency_discrepancy_std)
     # The last of these modes lies above the band: nothing measured would hold a wide frequency discrepancy of it in
     # place.
-    frequency_discrepancy[-1] = min(frequency_discrepancy_std, FREQUENCY_STD)
+    frequency_discrepancy[-1] = min(frequency_discrepancy_std, LIMITS.frequency_std)
     frequency_discrepancy = np.hypot(frequency_discrepancy, scatter)
     moduli = {"log_E": moduli_std, "log_G": moduli_std, "loss_E": 0.05, "loss_G": 0.2}
     covariance = np.diag(
-        blocks.pack(moduli | {"log_zeta": EACH_DAMPING_STD, "frequency_discrepancy": frequency_discrepancy}) ** 2
+        blocks.pack(moduli | {"log_zeta": LIMITS.each_damping_std, "frequency_discrepancy": frequency_discrepancy}) ** 2
     )
-    covariance[blocks["log_zeta"], blocks["log_zeta"]] += DAMPING_STD**2
+    covariance[blocks["log_zeta"], blocks["log_zeta"]] += LIMITS.damping_std**2
     return nominal.vector, np.linalg.inv(covariance)
 
 
@@ -123,7 +113,7 @@ def fit_linear(
     start: LinearParameters,
     *,
     nominal: LinearParameters,
-    frequency_discrepancy_std: float = FREQUENCY_STD,
+    frequency_discrepancy_std: float = LIMITS.frequency_std,
     moduli_std: float = MODULI_STD,
     model_error: float = 0.0,
     iterations: int = 15,
@@ -197,14 +187,14 @@ def reduce_broadband(
     led_astray = False
     for _ in range(rounds):
         data, fit = reduced(base, signs)
-        if fit.chi2_per_dof > ASTRAY and not led_astray:
+        if fit.chi2_per_dof > LIMITS.linear_fit_astray and not led_astray:
             led_astray = True
             # Resonances hardly move with the moduli where the layer is stiff, and shapes do: a false minimum.
             others = [(data, _elsewhere(model, data, nominal, resonances, *f), upright) for f in ELSEWHERE]
             # Nor does a fit of logarithms find its way out of a wrong sign.
             others += [(*reduced(base, turned), turned) for turned in upright - 2 * np.eye(len(upright))]
             best = min(others, key=lambda other: other[1].chi2_per_dof)
-            if best[1].chi2_per_dof < FOUND:
+            if best[1].chi2_per_dof < LIMITS.linear_fit_found:
                 data, fit, signs = best
                 nominal = fit.nominal
         told_apart = np.concatenate([told_apart, hidden_resonances(data)])
@@ -217,7 +207,13 @@ def follow_resonances(
 ) -> LinearFit:
     """A fit that follows the resonances, the moduli held near what is assumed."""
     return fit_linear(
-        model, data, base, nominal=nominal, frequency_discrepancy_std=WIDE_FREQUENCY, moduli_std=0.02, model_error=0.02
+        model,
+        data,
+        base,
+        nominal=nominal,
+        frequency_discrepancy_std=LIMITS.wide_frequency,
+        moduli_std=0.02,
+        model_error=0.02,
     )
 
 
@@ -276,7 +272,7 @@ def _resonances_and_band(model: LinearModel, record: BroadbandRecord, force: str
 
 def highest_Hz(model: LinearModel) -> float:
     """Up to where a model is meant to hold: below the last of the modes whose damping is identified."""
-    return float(0.95 * model.basis.omega[DAMPED_MODES - 1] / (2 * np.pi))
+    return float(0.95 * model.basis.omega[LIMITS.damped_modes - 1] / (2 * np.pi))
 
 
 def _binned(
@@ -308,14 +304,14 @@ def _within(band_Hz: Real, poles: Complex) -> Complex:
 
 def _aligned(values: Complex, resonances_Hz: Real) -> Real:
     """Frequency discrepancy that put the model's first modes on the measured resonances, where one is near enough."""
-    model_Hz = np.sqrt(values.real[:DAMPED_MODES]) / (2 * np.pi)
-    frequency_discrepancy = np.zeros(DAMPED_MODES)
+    model_Hz = np.sqrt(values.real[: LIMITS.damped_modes]) / (2 * np.pi)
+    frequency_discrepancy = np.zeros(LIMITS.damped_modes)
     for r, frequency in enumerate(model_Hz):
         near = [f for f in resonances_Hz if np.argmin(np.abs(np.log(model_Hz / f))) == r]
         if near:
             best = float(near[int(np.argmin(np.abs(np.log(np.array(near) / frequency))))])
             shift = np.log(best / frequency)
-            frequency_discrepancy[r] = shift if abs(shift) < LARGEST_ALIGNMENT else 0.0
+            frequency_discrepancy[r] = shift if abs(shift) < LIMITS.largest_alignment else 0.0
     return frequency_discrepancy
 
 
@@ -343,7 +339,7 @@ def _reference(model: LinearModel, base: LinearParameters) -> tuple[Callable[[Re
     the complex modes then, and dampers on each mode by itself, a difference far below what a bin leaves free.
     """
     values, Phi = _complex_modes(model, base)
-    values[:DAMPED_MODES] *= 1 + 2 * base.frequency_discrepancy
+    values[: LIMITS.damped_modes] *= 1 + 2 * base.frequency_discrepancy
     omega_r = np.sqrt(values.real)
     zeta = np.concatenate([base.zeta, model.basis.zeta])[: len(values)]
     zeta = np.concatenate([zeta, np.full(len(values) - len(zeta), zeta[-1])])

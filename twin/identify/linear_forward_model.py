@@ -9,18 +9,16 @@ from numpy.typing import NDArray
 
 from twin.identify.broadband import BinnedResponse
 from twin.identify.extended_model import extended_model
+from twin.identify.limits import LIMITS
 from twin.identify.linear_model import LinearParameters
 from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import UNCHANGED, ModelModification
+from twin.identify.model_modification import ModelModification
 from twin.identify.structural_modification import attach
 from twin.structure import points_of_joints
 
 __all__ = ["LinearForwardModel"]
 
 Array = NDArray[Any]
-
-LEAST_LEFT = 0.01
-"""Share of E' that a drift leaves at the least, however long it goes on: a bolt never pushes."""
 
 
 class LinearForwardModel:
@@ -49,7 +47,9 @@ class LinearForwardModel:
         self.step_model = self.model.with_points(self.points.rows)
         self.moduli = (self.model.reference_E, self.model.reference_G)
         joints = [joint.name for joint in self.model.structure.joints]
-        factors = np.array([self.modification.moduli_factor.get(name, UNCHANGED) for name in joints])
+        factors = np.array(
+            [self.modification.moduli_factor.get(name, LIMITS.model_modification_unchanged) for name in joints]
+        )
         self.moduli_factors = tuple(factors.reshape(-1, 2).T)
         self._drift_per_s = np.array([self.modification.layer_drift_per_s.get(name, 0.0) for name in joints])
 
@@ -71,7 +71,7 @@ class LinearForwardModel:
 
     def normal_left(self, time_s: Array) -> Array:
         """Share (t, j) that a drift has left of each joint's E', and of what its law takes off it at an opening."""
-        return np.maximum(1 - self._drift_per_s * np.asarray(time_s)[:, None], LEAST_LEFT)
+        return np.maximum(1 - self._drift_per_s * np.asarray(time_s)[:, None], LIMITS.least_left)
 
     def clock(self, omega: Array, time_s: Array) -> Array:
         """Frequency at which the undrifted model responds as the rig does at commanded `omega` and at `time_s`.

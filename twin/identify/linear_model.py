@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from recordings.quantities import quantity
 from twin.identify.blocks import Blocks
+from twin.identify.limits import LIMITS
 from twin.identify.receptance import ModalBasis, layer_ports, lowest_modes_basis
 from twin.identify.structural_modification import PortPairs
 from twin.rigs import Place, Rig
@@ -23,9 +24,6 @@ from twin.structure import Structure, assemble
 
 Complex = NDArray[Any]
 Real = NDArray[Any]
-
-DAMPED_MODES = 5
-"""Modes whose damping ratios are identified; those above keep what is assumed."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,7 @@ class LinearParameters:
     ----------
     E, G, loss_E, loss_G : ndarray, (j,)
         One for each joint, in the rig's order; a number stands for a single joint's.
-    zeta, frequency discrepancy : ndarray, (DAMPED_MODES,)
+    zeta, frequency discrepancy : ndarray, (LIMITS.damped_modes,)
     """
 
     E: Real
@@ -57,7 +55,7 @@ class LinearParameters:
     def blocks(joints: int) -> Blocks:
         """Of :attr:`vector`: the form in which they are identified."""
         layers = [(name, joints) for name in ("log_E", "log_G", "loss_E", "loss_G")]
-        return Blocks((*layers, ("log_zeta", DAMPED_MODES), ("frequency_discrepancy", DAMPED_MODES)))
+        return Blocks((*layers, ("log_zeta", LIMITS.damped_modes), ("frequency_discrepancy", LIMITS.damped_modes)))
 
     def shifted(self, discrepancy: Real | float) -> LinearParameters:
         """The same with natural frequencies that are off by so much more, relative."""
@@ -78,7 +76,7 @@ class LinearParameters:
     @staticmethod
     def from_vector(vector: Real) -> LinearParameters:
         """Inverse of :attr:`vector`."""
-        part = LinearParameters.blocks((len(vector) - 2 * DAMPED_MODES) // 4).unpack(vector)
+        part = LinearParameters.blocks((len(vector) - 2 * LIMITS.damped_modes) // 4).unpack(vector)
         return LinearParameters(
             E=np.exp(part["log_E"]),
             G=np.exp(part["log_G"]),
@@ -322,7 +320,7 @@ class LinearModel:
             G[:, :, joint] = -np.sum(out[:, :, shear] * into[:, None, shear], axis=2)
         columns = [base.complex_E * E, base.complex_G * G, 1j * base.E * E, 1j * base.G * G]
         modal = -2j * omega[:, None, None] * out[:, :, p.modal] * into[:, None, p.modal]
-        omega_r = self.basis.omega[:DAMPED_MODES]
+        omega_r = self.basis.omega[: LIMITS.damped_modes]
         shifted = omega_r * np.sqrt(1 + 2 * base.frequency_discrepancy)
         detuned = 2 * omega_r**2 + 2j * base.zeta * omega[:, None] * omega_r**2 / shifted
         stiffness = -out[:, :, p.modal] * into[:, None, p.modal] * detuned[:, None, :]
@@ -337,8 +335,8 @@ class LinearModel:
             Displacements of all ports, inner ones too, by whatever drives the rig.
         """
         p, outputs = self.ports, len(self.outputs)
-        place = p.rows[p.outputs] @ self.basis.Phi[:, :DAMPED_MODES]
-        change = np.zeros((len(into), outputs, outputs, DAMPED_MODES), complex)
+        place = p.rows[p.outputs] @ self.basis.Phi[:, : LIMITS.damped_modes]
+        change = np.zeros((len(into), outputs, outputs, LIMITS.damped_modes), complex)
         change[:, np.arange(outputs), np.arange(outputs)] = into[:, None, p.modal] * place
         return change.reshape(len(into), outputs, -1)
 
@@ -364,7 +362,7 @@ def build_linear_model(
     K = structure.stiffness(E, G)
     basis = lowest_modes_basis(structure.M, K, np.asarray(rig.damping.modal_ratio))
     strains = [layer_ports(joint) for joint in structure.joints]
-    modes, none = basis.Phi[:, :DAMPED_MODES].T @ structure.M, slice(0, 0)
+    modes, none = basis.Phi[:, : LIMITS.damped_modes].T @ structure.M, slice(0, 0)
     layers = tuple(QE for QE, _ in strains), tuple(QG for _, QG in strains)
     ports = Ports(modes[:0], *layers, structure.B_C, modes, none, none)
     model = LinearModel(structure, basis, E, G, ports, ())
@@ -379,9 +377,9 @@ def _one_after_another(rows: tuple[Real, ...], first: int) -> tuple[slice, ...]:
 
 def nominal_parameters(rig: Rig, preload: str | None = None) -> LinearParameters:
     """What the rig file says, as a start: published moduli, no joint loss, its modal damping."""
-    zeta = np.asarray(rig.damping.modal_ratio, float)[:DAMPED_MODES]
-    zeta = np.concatenate([zeta, np.full(DAMPED_MODES - len(zeta), zeta[-1])])
+    zeta = np.asarray(rig.damping.modal_ratio, float)[: LIMITS.damped_modes]
+    zeta = np.concatenate([zeta, np.full(LIMITS.damped_modes - len(zeta), zeta[-1])])
     E, G = map(np.array, rig.moduli_values(preload))
-    offset = rig.natural_frequencies.offset[:DAMPED_MODES]
-    discrepancy = np.pad(np.asarray(offset, float), (0, DAMPED_MODES - len(offset)))
+    offset = rig.natural_frequencies.offset[: LIMITS.damped_modes]
+    discrepancy = np.pad(np.asarray(offset, float), (0, LIMITS.damped_modes - len(offset)))
     return LinearParameters(E, G, np.zeros(len(E)), np.zeros(len(E)), zeta, discrepancy)

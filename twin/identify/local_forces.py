@@ -23,18 +23,13 @@ from numpy.typing import NDArray
 from twin.identify.balance import Added, Balance, log_amplitudes
 from twin.identify.balance_kernel import settle, turn
 from twin.identify.joint_law import LayerLaw, packed_laws, spline_basis
+from twin.identify.limits import LIMITS
 from twin.identify.model_modification import NoiseMotion, NonlinearForce
 from twin.identify.slipping import RIPPLES, Slider, common_spring
 
 Array = NDArray[Any]
 
 TURNS, SETTLED = 15, 1e-9
-LONGEST = 0.7
-"""Largest change of a log amplitude in one turn."""
-SHORTEST = 1 / 64
-"""Share of a Newton step below which a step that does not help is taken all the same."""
-DIFFERENCE = 1e-5
-"""Relative step of amplitude or stiffness for a derivative."""
 
 
 @dataclass(frozen=True)
@@ -226,7 +221,19 @@ class LocalForces:
             z, k = np.empty((2, *around.driven.shape), complex)
             worst = np.empty(len(omega))
             kinds = self._as_arrays(sliders, omega)
-            settle(*rig, *kinds, log_a, z, k, worst, TURNS, SETTLED, LONGEST, SHORTEST, DIFFERENCE)  # type: ignore[call-arg]
+            settle(
+                *rig,
+                *kinds,
+                log_a,
+                z,
+                k,
+                worst,
+                TURNS,
+                SETTLED,
+                LIMITS.local_forces_longest,
+                LIMITS.local_forces_shortest,
+                LIMITS.local_forces_difference,
+            )  # type: ignore[call-arg]
             return Balance(z, k, added, worst, self.ripples)
         now = _Turn.of(log_a)
         self._turn(rig, omega, log_a, np.arange(len(omega)), now)
@@ -235,10 +242,12 @@ class LocalForces:
             rows = np.flatnonzero(~(worst <= SETTLED))
             if not len(rows):
                 break
-            assumed = log_a + share[:, None] * np.clip(now.step, -LONGEST, LONGEST)
+            assumed = log_a + share[:, None] * np.clip(
+                now.step, -LIMITS.local_forces_longest, LIMITS.local_forces_longest
+            )
             self._turn(rig, omega, assumed, rows, trial)
             left = trial.worst
-            better = rows[(left[rows] < worst[rows]) | (share[rows] <= SHORTEST)]
+            better = rows[(left[rows] < worst[rows]) | (share[rows] <= LIMITS.local_forces_shortest)]
             log_a[better], worst[better] = assumed[better], left[better]
             now.take(trial, better)
             share[rows] /= 4.0
@@ -288,7 +297,9 @@ class LocalForces:
 
     def harmonic_changes(self, here: Array, motion: Array, count: int, omega: Array, log_motion: Array) -> Array:
         """Changes (s, n, count, u) of :meth:`harmonics`, now `here`, with log motion (s, n, u)."""
-        by_size = (self.harmonics(motion * (1 + DIFFERENCE), count, omega) - here) / DIFFERENCE
+        by_size = (
+            self.harmonics(motion * (1 + LIMITS.local_forces_difference), count, omega) - here
+        ) / LIMITS.local_forces_difference
         by_phase = 1j * np.arange(1, count + 1) * here
         return np.asarray(
             by_size[..., None] * log_motion.real[:, :, None, :] + by_phase[..., None] * log_motion.imag[:, :, None, :]
@@ -296,8 +307,10 @@ class LocalForces:
 
     def _with_growth(self, amplitude: Array, omega: Array, rows: Array) -> tuple[Array, Array]:
         """Stiffness of the forces at their ports' amplitudes at some steps, its derivative by their logarithms."""
-        k, beyond = (self.equivalent(a, omega, rows) for a in (amplitude, amplitude * (1 + DIFFERENCE)))
-        return k, (beyond - k) / DIFFERENCE
+        k, beyond = (
+            self.equivalent(a, omega, rows) for a in (amplitude, amplitude * (1 + LIMITS.local_forces_difference))
+        )
+        return k, (beyond - k) / LIMITS.local_forces_difference
 
     def equivalent(self, amplitude: Array, omega: Array, rows: Array | None = None) -> Array:
         """Stiffness (s, n) of the nonlinear forces at their ports' amplitudes (s, n), at all steps or some."""

@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 from recordings.columns import Columns
 from recordings.errors import InputError
 from twin.identify.friction_loops import INCH, KIP, Loop, read_damper_json
+from twin.identify.limits import LIMITS
 
 COLUMNS = {"time_s": 1.0}, {"displacement_m": 1.0, "displacement_inch": INCH}, {"force_N": 1.0, "friction_kip": KIP}
 FEWEST_ROWS = 100
-UNEVEN = 0.01
-"""Largest deviation of a time step from the mean one, as a share of it."""
 
 
 def read_loop(path: Path) -> Loop:
@@ -33,7 +32,7 @@ def read_loop(path: Path) -> Loop:
         raise InputError(path, "", f"needs at least {FEWEST_ROWS} rows")
     time_s, displacement_m, force_N = (_column(table, known) for known in COLUMNS)
     step = np.diff(time_s)
-    if step.mean() <= 0 or np.max(np.abs(step - step.mean())) > UNEVEN * step.mean():
+    if step.mean() <= 0 or np.max(np.abs(step - step.mean())) > LIMITS.loop_files_uneven * step.mean():
         raise InputError(path, "column time_s", "does not rise in equal steps")
     return Loop(path.stem, float(1 / step.mean()), displacement_m, force_N)
 

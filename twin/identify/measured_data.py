@@ -17,8 +17,9 @@ from recordings.sweeps import sweeps
 from recordings.whereabouts import working_on
 from twin.identify.broadband import BinnedResponse
 from twin.identify.changed_model import ChangedModels
+from twin.identify.limits import LIMITS
 from twin.identify.linear_fit import LinearFit, reduce_broadband
-from twin.identify.linear_model import DAMPED_MODES, LinearModel, Output, build_linear_model, nominal_parameters
+from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
 from twin.identify.model_modification import ModelModification
 from twin.identify.nominal_instruments import nominal_instruments
 from twin.identify.rig_channels import drive_of, faces_against, in_directions_of
@@ -184,7 +185,7 @@ class MeasuredData:
     @property
     def as_modelled(self) -> Array:
         """Logarithms of what each response shows of each mode over what the model says, to begin with."""
-        return np.zeros(len(self.outputs) * DAMPED_MODES if self.shape_error else 0)
+        return np.zeros(len(self.outputs) * LIMITS.damped_modes if self.shape_error else 0)
 
     @property
     def channels(self) -> tuple[str, ...]:

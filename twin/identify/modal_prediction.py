@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from twin.identify.limits import LIMITS
 from twin.rigs.modal import ModalLaw
 
 Array = NDArray[np.float64]
 GRID_POINTS = 3000
-FARTHEST_AMPLITUDE = 1.6
-"""How far beyond the identified amplitudes solutions are looked for, as a factor."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +107,7 @@ def _largest(law: ModalLaw, f: Array, F: Array) -> Array:
     """An amplitude above every solution: beyond the last knot the mode is linear."""
     last = law.amplitude_m_per_s2[-1]
     linear = (2 * np.pi * f) ** 2 * np.abs(modal_receptance(law, f, np.full(len(f), last))) * F
-    return np.maximum(FARTHEST_AMPLITUDE * last, 1.1 * linear)
+    return np.maximum(LIMITS.farthest_amplitude * last, 1.1 * linear)
 
 
 def _slope(law: ModalLaw, f: Array, A: Array) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 from recordings.errors import InputError
 from recordings.quantities import quantity
 from recordings.tables import SweepTable, read_table
-from twin.identify.backbone import Sweep, identify_backbone
+from twin.identify.backbone import BackboneSweep, identify_backbone
 from twin.rigs.modal import ModalRig
 
 
@@ -26,7 +26,7 @@ def identify_sweep_table(path: Path, rig: ModalRig) -> ModalRig:
         raise InputError(path, "", str(error)) from error
 
 
-def read_sweeps(path: Path) -> list[Sweep]:
+def read_sweeps(path: Path) -> list[BackboneSweep]:
     """Sweeps of a CSV table in the order of the file, responses turned into accelerations.
 
     Raises
@@ -43,6 +43,8 @@ def read_sweeps(path: Path) -> list[Sweep]:
     power = 2 - quantity(table.quantity).derivative
     acceleration = table.response * (2 * np.pi * table.frequency_Hz) ** power
     return [
-        Sweep(f"{level:g}", table.frequency_Hz[rows], table.force_N[rows], acceleration[rows], table.phase_rad[rows])
+        BackboneSweep(
+            f"{level:g}", table.frequency_Hz[rows], table.force_N[rows], acceleration[rows], table.phase_rad[rows]
+        )
         for level, rows in table.sweeps().items()
     ]

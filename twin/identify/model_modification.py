@@ -12,14 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.limits import LIMITS
 from twin.identify.slipping import Slider
 from twin.rigs import Place
 from twin.structure import Structure
 
 Array = NDArray[Any]
-
-UNCHANGED = (1.0, 1.0)
-"""Factors on E' and G' of a joint that nothing is wrong with."""
 
 
 @dataclass(frozen=True)
@@ -190,8 +188,8 @@ class ModelModification:
             moduli_factor={
                 joint: (E * more_E, G * more_G)
                 for joint in {**self.moduli_factor, **other.moduli_factor}
-                for E, G in [self.moduli_factor.get(joint, UNCHANGED)]
-                for more_E, more_G in [other.moduli_factor.get(joint, UNCHANGED)]
+                for E, G in [self.moduli_factor.get(joint, LIMITS.model_modification_unchanged)]
+                for more_E, more_G in [other.moduli_factor.get(joint, LIMITS.model_modification_unchanged)]
             },
             opening={**self.opening, **other.opening},
             layer_drift_per_s=_sums(self.layer_drift_per_s, other.layer_drift_per_s),

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from recordings import FrequencyTable
 from recordings.errors import InputError
 from twin.identify.changed_model import changed_structure
-from twin.identify.linear_model import DAMPED_MODES, LinearParameters
+from twin.identify.limits import LIMITS
+from twin.identify.linear_model import LinearParameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.predict import blank_data
@@ -29,14 +30,6 @@ __all__ = ["MeasuredFrequencies", "StateFrequencies", "measured_frequencies", "s
 
 Array = NDArray[np.float64]
 
-ASSUMED_STD = 1e-3
-"""Relative standard deviation of a frequency whose table gives none: bolted structures repeat to about 0.1 %."""
-MODEL_STD = 1e-4
-"""What a mesh and rounded lengths do to any frequency, relative, beside what a table states."""
-JOINT_STD = 0.3
-"""Of the logarithms of E' and G' beforehand: a layer's moduli are known from its frequencies, and hardly before."""
-BEAM_STD = 0.5
-"""Of a Young's modulus' logarithm beforehand: laminates differ from their data sheets by such factors."""
 KINDS = ("normal_modulus", "shear_modulus")
 
 
@@ -142,7 +135,7 @@ class MeasuredFrequencies(MeasuredData):
             E = np.array([self.rig.layout().beam(beams[0]).youngs_modulus for beams in self.materials])
             G = np.ones(len(E))
         none = np.zeros(len(E))
-        return LinearParameters(E, G, none, none, np.full(DAMPED_MODES, 0.01), np.zeros(DAMPED_MODES))
+        return LinearParameters(E, G, none, none, np.full(LIMITS.damped_modes, 0.01), np.zeros(LIMITS.damped_modes))
 
     @cached_property
     def where(self) -> dict[str, int]:
@@ -227,7 +220,7 @@ def measured_frequencies(
         **_nothing_of(rig, found[0].state),
         tables=found,
         states=tuple(table.state for table in found),
-        log_std=log_std or (JOINT_STD if rig.joints else BEAM_STD),
+        log_std=log_std or (LIMITS.joint_std if rig.joints else LIMITS.beam_std),
     )
 
 
@@ -275,5 +268,5 @@ def _measured(table: FrequencyTable, state: str, rows: NDArray[np.bool_]) -> Sta
     stated = bool(np.all(np.isfinite(std)))
     return StateFrequencies(
         table.path, state, table.mode[order], f, std / f if stated else np.zeros(len(f)),
-        MODEL_STD if stated else ASSUMED_STD,
+        LIMITS.model_std if stated else LIMITS.assumed_std,
     )  # fmt: skip

@@ -26,12 +26,11 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from twin.identify.joint_law import LayerLaw, spline_basis
+from twin.identify.limits import LIMITS
 from twin.identify.model_modification import Opening
 from twin.identify.opening_kernel import balance, by_softening, force_at, growth
 
 __all__ = [
-    "EVEN_TOO",
-    "ODD",
     "OpeningBalance",
     "Openings",
     "at_harmonic",
@@ -44,22 +43,12 @@ __all__ = [
 
 Array = NDArray[Any]
 
-ODD = (3, 5, 7)
-"""Harmonics that are balanced where the force is odd."""
-EVEN_TOO = (0, 2, 3, 4, 5, 6, 7)
-"""Where it is not."""
 SAMPLES = 64
 """Of a period."""
 TURNS, SHORTEST = 24, 1 / 16
 """Newton steps; three to five are usual.  And the share of one that is taken though it comes no nearer."""
-BALANCED = 1e-7
-"""Newton step over the fundamental at which the harmonics are in balance."""
-STUCK, LITTLE_BY_LITTLE = 1e-4, (0.25, 0.5, 0.75, 1.0)
-"""Where Newton's method leaves more, the contact that a slap loses is lost by these shares, one from the other."""
 GRID = 400
 """Points of a force's table."""
-LEAST_TANGENT = 0.02
-"""Of the linear modulus: a passive layer never has a negative tangent, whatever a spline does between its data."""
 WAVES, STRETCH = 3.0, 4.0
 """Weight of a softening's second differences in its time form, with so many knots for a logarithm of opening: harmonics
 follow its slopes, so that waves of a quarter's length, which noise makes and which hardly matter to the fundamental,
@@ -204,15 +193,15 @@ def balance_openings(
         """Balance these steps with a share of what is lost."""
         out: Sequence[Any] = [np.ascontiguousarray(array[rows]) for array in (X, force, more, unsettled)]
         given = _one_layout(*(a[rows] for a in around), *layer, lost * [share, 1.0, 1.0])
-        balance(*given, *out, TURNS, BALANCED, SHORTEST)  # type: ignore[call-arg]
+        balance(*given, *out, TURNS, LIMITS.opening_harmonics_balanced, SHORTEST)  # type: ignore[call-arg]
         for array, values in zip((X, force, more, unsettled), out, strict=True):
             array[rows] = values
 
     settle(np.arange(len(a)), 1.0)
-    stuck = np.flatnonzero(unsettled > STUCK)
+    stuck = np.flatnonzero(unsettled > LIMITS.opening_harmonics_stuck)
     if len(stuck) and lost[:, 0].any():
         X[stuck] = 0.0
-        for share in LITTLE_BY_LITTLE:
+        for share in LIMITS.little_by_little:
             settle(stuck, share)
     return OpeningBalance(X, force, more, float(np.max(unsettled, initial=0.0)))
 
@@ -353,7 +342,7 @@ def _odd_force(law: LayerLaw, modulus: float) -> tuple[Array, Array, Array]:
     f(x) = x / 2 int_0^(pi/2) (3 sin^3 t N(x sin t) + x sin^4 t N'(x sin t)) dt.
     """
     x, _, slopes = _abel(law.opening_knots.tobytes())
-    slope = np.maximum(modulus - slopes @ law.softening, LEAST_TANGENT * modulus)
+    slope = np.maximum(modulus - slopes @ law.softening, LIMITS.least_tangent * modulus)
     # The integral of a slope that is straight between the grid's points, as the kernel has it.
     return x, cumulative_trapezoid(slope, x, initial=0.0), slope
 

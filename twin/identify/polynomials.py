@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.l_curve import LCurve
+from twin.identify.limits import LIMITS
 from twin.identify.linear_model import LinearParameters
-from twin.identify.regularisation import LCurve
 
 Array = NDArray[Any]
-
-POOR_POLYNOMIAL_PERCENT = 0.5
-"""What a law may leave of the response and still be called right."""
 
 
 @dataclass(frozen=True)
@@ -135,4 +133,4 @@ class Polynomials:
         if len(self.levels) < 2:
             return None
         each = float(np.sqrt(np.mean([fit.residual_percent**2 for fit in self.levels.values()])))
-        return self.together.residual_percent > max(POOR_POLYNOMIAL_PERCENT, 2 * each)
+        return self.together.residual_percent > max(LIMITS.poor_polynomial_percent, 2 * each)

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from twin.identify.forward_model import ForwardModel
 from twin.identify.held_response import HeldRig
 from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_model import DAMPED_MODES, Output, build_linear_model, nominal_parameters
+from twin.identify.limits import LIMITS
+from twin.identify.linear_model import Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import MeasuredData, no_steps, reference_output
 from twin.identify.modal_prediction import ModalResponse
 from twin.rigs import LawTable, LayerLawTable, Rig
@@ -25,26 +26,9 @@ from twin.structure.point_law import Curve
 
 Array = NDArray[Any]
 
-LAW_KNOTS = 80
-"""Of the splines that stand for a rig file's piecewise cubic functions."""
-LEAST_KNOT = 1e-3
-"""First of them over the last, where the file begins with zero."""
 GRID_POINTS = 240
-SMALLEST, LEAST = 1e-4, 1e-8
-"""Least amplitude of the search beside the largest, where the rig is linear; and where the force is very small."""
-PAST_LAW = 2.0
-"""Largest amplitude of the search over that at which the joint's law has its last values."""
-NEAR = 0.1
-"""How near to its target, as a logarithm, a curve that turns is looked at more closely."""
-ROOT = 1e-10
-"""Of the logarithm of force over target."""
 TURNS, HALVINGS = 30, 60
 """Of the bracketed search for a root; and halvings of the bracket of those that it has not found by then."""
-SEEN = 1.02
-"""Amplitude of a point over the law's last knot up to which the law counts as seen."""
-LAW_ERROR, RESPONSE_ERROR = 4e-4, 4e-4
-"""Relative standard deviation of a law's value, and of a response, beside what is known of the parameters: of three
-rigs with a law learnt in mode 1 (seeds 3101 to 3103) mode 2 missed by that."""
 SETTLED = 1e-6
 """Relative disagreement of motion and stiffness that is told."""
 
@@ -87,7 +71,7 @@ class RigPrediction(ModalResponse):
     @property
     def unseen(self) -> NDArray[np.bool_]:
         """Where the layer moves farther than the law knows, (r,)."""
-        return self.beyond > SEEN
+        return self.beyond > LIMITS.predict_seen
 
 
 @dataclass(frozen=True)
@@ -110,7 +94,7 @@ class _Law:
         o, q = np.array(table.opening_m), np.array(table.slip_m)
         softening, loss = Curve(o, np.array(table.softening)), Curve(q, np.array(table.loss))
         stds = (Curve(x, np.array(s or np.zeros(len(x)))) for x, s in ((o, table.softening_std), (q, table.loss_std)))
-        knots = [np.geomspace(max(x[0], LEAST_KNOT * x[-1]), x[-1], LAW_KNOTS) for x in (o, q)]
+        knots = [np.geomspace(max(x[0], LIMITS.least_knot * x[-1]), x[-1], LIMITS.law_knots) for x in (o, q)]
         rest = (float(softening.values[0]), float(loss.values[0]))
         values = (curve(x) - zero for curve, x, zero in zip((softening, loss), knots, rest, strict=True))
         return _Law(LayerLaw(*knots, *values), rest, softening, loss, *stds)
@@ -126,7 +110,7 @@ class _Law:
         for amplitude, value, own in halves:
             past = amplitude / value.knots[-1]
             guess = np.ptp(value.values) * np.log(np.maximum(past, 1.0))
-            known = np.hypot(own(amplitude), LAW_ERROR * value(amplitude))
+            known = np.hypot(own(amplitude), LIMITS.law_error * value(amplitude))
             std.append(np.hypot(known, guess))
             if np.any(value.values):
                 farthest = np.maximum(farthest, past.max(axis=1))
@@ -184,7 +168,7 @@ class RigResponse:
         rig, row = self._at_frequencies(f)
         low, high = np.full(len(rig.omega), np.inf), np.zeros(len(rig.omega))
         reading = A / rig.omega[row] ** (2 - self._derivative)
-        np.minimum.at(low, row, SMALLEST * reading)
+        np.minimum.at(low, row, LIMITS.predict_smallest * reading)
         np.maximum.at(high, row, 1.1 * reading)
         rig.continue_over(low, high)
         state = self._state(rig, row, reading)
@@ -227,11 +211,14 @@ class RigResponse:
         np.maximum.at(most, row, target)
         linear, at_last, past = (np.abs(value) for value in rig.at_ends_of_law())
         # Where the law has its last values the rig is linear, so that no solution lies above this one.
-        top = np.maximum(PAST_LAW * past, 1.2 * most * np.maximum(linear, at_last))
+        top = np.maximum(LIMITS.past_law * past, 1.2 * most * np.maximum(linear, at_last))
         if self._rig.modification.nonlinear:
             # Other forces may bring any resonance to the drive's frequency, but lose no less than the linear rig.
             top = np.maximum(top, 1.5 * most * rig.at_resonance())
-        bottom = np.maximum(LEAST * top, np.minimum(SMALLEST * top, 0.3 * least * np.minimum(linear, at_last)))
+        bottom = np.maximum(
+            LIMITS.predict_least * top,
+            np.minimum(LIMITS.predict_smallest * top, 0.3 * least * np.minimum(linear, at_last)),
+        )
         rig.continue_over(bottom, top)
         grid = bottom[:, None] * (top / bottom)[:, None] ** np.linspace(0.0, 1.0, GRID_POINTS)
         across = np.repeat(np.arange(len(rig.omega)), GRID_POINTS)
@@ -261,7 +248,7 @@ class RigResponse:
         turn = turn[
             (np.abs(excess[turn]) < np.abs(excess[turn - 1])) & (np.abs(excess[turn]) < np.abs(excess[turn + 1]))
         ]
-        turn = turn[np.abs(excess[turn]) < NEAR]
+        turn = turn[np.abs(excess[turn]) < LIMITS.predict_near]
         if not len(turn):
             return grid, excess
         y0, y1, y2 = excess[turn - 1], excess[turn], excess[turn + 1]
@@ -282,12 +269,12 @@ class RigResponse:
             with np.errstate(invalid="ignore", divide="ignore"):
                 c = np.where(fa == fb, a, b - fb * (b - a) / (fb - fa))
             if turn >= TURNS:
-                c = np.where(np.abs(fb) < ROOT, b, 0.5 * (a + b))
+                c = np.where(np.abs(fb) < LIMITS.predict_root, b, 0.5 * (a + b))
             fc = np.log(self._force(rig, rows, np.exp(c)) / target)
             crossed = np.signbit(fc) != np.signbit(fb)
             a, fa = np.where(crossed, b, a), np.where(crossed, fb, 0.5 * fa)
             b, fb = c, fc
-            if np.max(np.abs(fc)) < ROOT:
+            if np.max(np.abs(fc)) < LIMITS.predict_root:
                 break
         return np.asarray(np.exp(b))
 
@@ -313,7 +300,7 @@ class RigResponse:
             beyond = np.maximum(beyond, farthest)
         for mode, error in self._damping_errors():
             parts = parts + (error * rig.by_damping(rows, found, mode).real) ** 2
-        relative = np.sqrt(parts + RESPONSE_ERROR**2)
+        relative = np.sqrt(parts + LIMITS.response_error**2)
         accelerance = found.response * (1j * rig.omega[rows]) ** (2 - self._derivative)
         return _State(accelerance, reading / np.abs(found.response), relative, beyond, found.unsettled)
 
@@ -324,7 +311,7 @@ class RigResponse:
         """
         damping = self._rig.evidence.rig.damping
         std = damping.modal_ratio_std or []
-        modes = zip(damping.modal_ratio[:DAMPED_MODES], std, strict=False)
+        modes = zip(damping.modal_ratio[: LIMITS.damped_modes], std, strict=False)
         return [(mode, error / ratio) for mode, (ratio, error) in enumerate(modes) if mode and error]
 
 

@@ -12,15 +12,13 @@ from numpy.typing import NDArray
 
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
+from twin.identify.limits import LIMITS
 from twin.identify.linear_fit import bin_broadband
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.residual_model import ResidualModel
 
 Array = NDArray[Any]
-
-LINES_AT_ONCE = 4096
-"""Spectral lines whose receptances are held in memory together."""
 
 
 def rebinned(evidence: MeasuredData, modification: ModelModification, baseline: BaselineParameters) -> MeasuredData:
@@ -50,7 +48,7 @@ def _responses(
     if residual_model.local.act_in_noise:
         motion = residual_model.noise_motion(*residual_model.broadband_receptance(data, baseline, data.omega), data)
     parts = []
-    for some in np.array_split(omega, max(1, len(omega) // LINES_AT_ONCE)):
+    for some in np.array_split(omega, max(1, len(omega) // LIMITS.lines_at_once)):
         R, clocked = residual_model.broadband_receptance(data, baseline, some)
         if motion is not None:
             R = residual_model.in_noise(R, clocked, motion)

@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-APART = 1.5
-"""Ratio of neighbouring frequencies beyond which they belong to different resonances."""
+from twin.identify.limits import LIMITS
 
 
 def by_resonance(omega: NDArray[Any]) -> list[NDArray[np.intp]]:
@@ -23,10 +22,10 @@ def by_resonance(omega: NDArray[Any]) -> list[NDArray[np.intp]]:
         Places of each group's frequencies in `omega`, in their order there.
     """
     rising = np.argsort(omega, kind="stable")
-    gaps = np.flatnonzero(omega[rising][1:] > APART * omega[rising][:-1]) + 1
+    gaps = np.flatnonzero(omega[rising][1:] > LIMITS.resonances_apart * omega[rising][:-1]) + 1
     return [np.sort(group) for group in np.split(rising, gaps) if len(group)]
 
 
 def same_resonance(one: Any, two: Any) -> NDArray[np.bool_]:
     """Whether frequencies are too near each other to belong to different resonances."""
-    return np.asarray(np.abs(np.log(one / two)) < np.log(APART))
+    return np.asarray(np.abs(np.log(one / two)) < np.log(LIMITS.resonances_apart))

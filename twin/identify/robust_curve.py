@@ -6,11 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from twin.identify.limits import LIMITS
+
 Array = NDArray[np.float64]
-FREEDOM = 2.0
-"""Degrees of freedom of Student's distribution: few, so that one strange value cannot bend the curve."""
-PARSIMONY = 1.5
-"""A lower order is kept unless a higher one predicts better by more than this in log-probability."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +66,8 @@ def fit_robust_curve(x: Array, y: Array, *, scale: float, max_order: int = 4) ->
     scores = {}
     for order in range(highest + 1):
         errors = left_out_errors(x, y, order=order, scale=scale)
-        scores[order] = float(np.sum(student.logpdf(errors / scale, FREEDOM)))
-    order = min(n for n, score in scores.items() if score > max(scores.values()) - PARSIMONY)
+        scores[order] = float(np.sum(student.logpdf(errors / scale, LIMITS.robust_curve_freedom)))
+    order = min(n for n, score in scores.items() if score > max(scores.values()) - LIMITS.robust_curve_parsimony)
     coefficients, weight, V = _fit(x, y, order, scale)
     residual = y - V @ coefficients
     spread = np.sum(weight * residual**2) / max(len(x) - order - 1, 1)
@@ -100,7 +98,9 @@ def _fit(x: Array, y: Array, order: int, scale: float, *, x_scale: float | None 
     for _ in range(100):
         root = np.sqrt(weight)
         new: Array = np.asarray(np.linalg.lstsq(V * root[:, None], y * root, rcond=None)[0], np.float64)
-        weight = np.asarray((FREEDOM + 1) / (FREEDOM + ((y - V @ new) / scale) ** 2), np.float64)
+        weight = np.asarray(
+            (LIMITS.robust_curve_freedom + 1) / (LIMITS.robust_curve_freedom + ((y - V @ new) / scale) ** 2), np.float64
+        )
         if np.allclose(new, coefficients, rtol=1e-10, atol=1e-12):
             break
         coefficients = new

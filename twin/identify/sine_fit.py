@@ -15,16 +15,9 @@ from scipy.linalg import cho_factor, cho_solve
 
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
+from twin.identify.limits import LIMITS
 
 MOST_HARMONICS = 40
-NEIGHBOURS = 12
-"""Spectral lines on each side of a harmonic from which its noise is estimated."""
-LEAST_SOUND = 0.75
-"""Share of a step's samples that must be there in every channel."""
-PASSED = 0.4
-"""Of the sample rate: above lies the transition of usual anti-aliasing filters, where sizes mean nothing."""
-APART = 1.5
-"""Distance of a line from a harmonic, over 1 / duration, from which on the two are told apart."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +140,7 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int, lines: Map
             overloaded += int(np.sum(np.abs(samples[sound]) >= limit * (1 - 1e-6)))
         if (
             sound.sum() < 16
-            or sound.mean() < LEAST_SOUND
+            or sound.mean() < LIMITS.least_sound
             or (time[-1] - time[0]) * sound.mean() * step.frequency_Hz < 2
         ):
             return None
@@ -156,7 +149,7 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int, lines: Map
         if key not in shapes:
             shapes[key] = _Shapes.at(time[sound], omega, device.sample_rate_Hz, lines.get(name))
         fit = _fit_channel(shapes[key], samples[sound], omega)
-        passed = max(1, int(PASSED * device.sample_rate_Hz / step.frequency_Hz))
+        passed = max(1, int(LIMITS.sine_fit_passed * device.sample_rate_Hz / step.frequency_Hz))
         amplitude[name], variance[name] = fit[0][:passed], fit[1][:passed]
         drift[name], drift_std[name] = fit[2:]
     return SteadyState(
@@ -208,7 +201,10 @@ class _Shapes:
             foreign = np.stack([np.cos(turn), np.sin(turn)], axis=1)
             drive = omega / (2 * np.pi)
             order = round(line.frequency_Hz / drive)
-            near = 0 < order <= count and abs(line.frequency_Hz - order * drive) * (time[-1] - time[0]) < APART
+            near = (
+                0 < order <= count
+                and abs(line.frequency_Hz - order * drive) * (time[-1] - time[0]) < LIMITS.sine_fit_apart
+            )
         columns = np.hstack([cosine, -sine, *([] if near else [foreign]), slow])
         # Over two periods and more the columns are nearly orthogonal: normal equations lose nothing.
         gram = columns.T @ columns
@@ -252,13 +248,13 @@ def _noise_beside(
     lines = np.abs(2 * np.fft.rfft(residual) / len(residual)) ** 2
     frequency = np.arange(len(lines)) / duration
     harmonic = np.rint(frequency * 2 * np.pi / omega) * omega / (2 * np.pi)
-    lines[np.abs(frequency - harmonic) < APART / duration] = np.nan
+    lines[np.abs(frequency - harmonic) < LIMITS.sine_fit_apart / duration] = np.nan
     lines[0] = np.nan
     # Of three periods or less every line is a harmonic's neighbour: the residual's power is spread over all lines then.
     floor = np.nanmean(lines) if np.isfinite(lines).any() else 4 * np.mean(residual**2) / len(residual)
     out = np.empty(count)
     for h in range(1, count + 1):
         centre = round(h * omega / (2 * np.pi) * duration)
-        near = lines[max(1, centre - NEIGHBOURS) : centre + NEIGHBOURS + 1]
+        near = lines[max(1, centre - LIMITS.sine_fit_neighbours) : centre + LIMITS.sine_fit_neighbours + 1]
         out[h - 1] = np.nanmean(near) if np.isfinite(near).any() else floor
     return np.maximum(out, np.finfo(float).tiny)

@@ -12,9 +12,7 @@ from recordings.errors import InputError
 from recordings.run import Run
 from recordings.sweeps import sweeps
 from twin.identify.gaps import fill_gaps
-
-OVERLAPPING = 1 / 6
-"""Correlation of Hann-windowed segments that overlap by half (Welch 1967)."""
+from twin.identify.limits import LIMITS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,5 +145,5 @@ def h1(record: BroadbandRecord, *, force: str, resolution_Hz: float = 0.25) -> F
         H[name] = S_fx / np.maximum(S_ff, np.finfo(float).tiny) * turn
         coherence[name] = np.abs(S_fx) ** 2 / np.maximum(S_ff * S_xx, np.finfo(float).tiny)
     segments = 1 + (len(f) - length) // (length - length // 2)
-    worth = max(1, int(segments / (1 + 2 * OVERLAPPING**2)))
+    worth = max(1, int(segments / (1 + 2 * LIMITS.spectrum_overlapping**2)))
     return FrequencyResponse(frequency_Hz=frequency, H=H, coherence=coherence, averages=worth)

@@ -14,17 +14,12 @@ from recordings.errors import InputError
 from recordings.numbers import LARGEST
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
-from twin.identify.linear_model import DAMPED_MODES
+from twin.identify.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
 from twin.rigs import LayerLawTable, Rig
 from twin.structure import normal_modes
 
 Array = NDArray[Any]
-
-LAW_POINTS = 48
-"""Knots of the law in a file, enough that its piecewise cubic functions are the splines that were fitted."""
-BELOW = 3.0
-"""First knot of the fitted law over the file's first one above zero."""
 
 
 def updated_rig(evidence: MeasuredData, baseline: BaselineParameters, solution: Solution) -> Rig:
@@ -48,7 +43,7 @@ def updated_rig(evidence: MeasuredData, baseline: BaselineParameters, solution: 
     relative = np.sqrt(np.diag(solution.covariance))[baseline.blocks["log_zeta"]]
     damping = rig.damping.model_copy(
         update={
-            "modal_ratio": [*map(float, base.zeta), *(nominal[DAMPED_MODES:] or nominal[-1:])],
+            "modal_ratio": [*map(float, base.zeta), *(nominal[LIMITS.damped_modes :] or nominal[-1:])],
             "modal_ratio_std": (relative * base.zeta).tolist(),
         }
     )
@@ -93,7 +88,7 @@ def _law_table(evidence: MeasuredData, baseline: BaselineParameters, solution: S
 
 
 def _file_knots(knots: Array) -> Array:
-    return np.concatenate([[0.0], np.geomspace(knots[0] / BELOW, knots[-1], LAW_POINTS)])
+    return np.concatenate([[0.0], np.geomspace(knots[0] / LIMITS.updated_rig_below, knots[-1], LIMITS.law_points)])
 
 
 def _loss_of_mode_1(evidence: MeasuredData, baseline: BaselineParameters, joint: int) -> float:

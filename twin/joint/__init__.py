@@ -1,8 +1,9 @@
 """Laws of the joint, one a file, each in time and as an equivalent stiffness over amplitude."""
 
-from twin.joint.describing import describing_function
+from twin.joint.describing_function import describing_function
 from twin.joint.functions import FunctionLaw, law_of_functions
 from twin.joint.iwan import iwan
+from twin.joint.jenkins_element import ParallelJenkins, jenkins, jenkins_stiffness
 from twin.joint.knots import loss_of_knots, softening_of_knots
 from twin.joint.law import Law
 from twin.joint.masing import masing_of_points
@@ -13,6 +14,5 @@ from twin.joint.registry import known_laws, law_named, load_laws
 from twin.joint.running_loss import RunningLoss
 from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact, one_sided
-from twin.joint.sliders import ParallelJenkins, jenkins, jenkins_stiffness
 from twin.joint.steel import steel_loss, steel_softening
 from twin.joint.table import ForceTable, table_from_stiffness

@@ -20,7 +20,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from twin.joint.describing import describing_function
+from twin.joint.describing_function import describing_function
 from twin.joint.kinds import FUNCTIONS
 from twin.joint.law import Law, Series, Stiffness
 
@@ -39,7 +39,7 @@ class FunctionLaw:
     states
         Length of the memory, which begins at zero.
     describing
-        Equivalent stiffness over an amplitude, if there is a closed form; otherwise by quadrature along :meth:`path`.
+        Equivalent stiffness over an amplitude, if there is a closed form; otherwise by quadrature.
     """
 
     kind: ClassVar[int] = FUNCTIONS
@@ -57,16 +57,16 @@ class FunctionLaw:
         remember = machine_code(self.remember, fills=False).address if self.remember else 0
         return np.array([machine_code(self.force, fills=True).address, remember, self.states, *self.numbers], float)
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along a path."""
         from twin.joint.machine_code import along
 
         return np.asarray(along(self.parameters[None], np.zeros((1, max(self.states, 1))), np.asarray(e, float)))
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """Equivalent stiffness."""
         if self.describing is None:
-            return describing_function(self.path, amplitude)
+            return describing_function(self.force_history, amplitude)
         return np.asarray(self.describing(np.asarray(amplitude, float)), complex)
 
 
@@ -99,7 +99,7 @@ def law_of_functions(
     def make(**values: float) -> FunctionLaw:
         closed = None if stiffness is None else lambda amplitude: stiffness(amplitude, **values)
         law = FunctionLaw(force, tuple(map(float, values.values())), remember, states, closed)
-        at_rest = float(law.path(np.zeros(1))[0])
+        at_rest = float(law.force_history(np.zeros(1))[0])
         if at_rest != 0.0:
             raise ValueError(f"{force.__name__} is {at_rest:g} where the joint rests, and must be zero there")
         return law

@@ -10,7 +10,7 @@ and beyond x_1 all slip.
 
 import numpy as np
 
-from twin.joint.sliders import ParallelJenkins
+from twin.joint.jenkins_element import ParallelJenkins
 
 
 def iwan(stiffness_N_per_m: float, slip_force_N: float, *, sliders: int = 10, chi: float = 0.0) -> ParallelJenkins:

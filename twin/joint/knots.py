@@ -6,12 +6,11 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from twin.joint.law import Series
+from twin.joint.limits import LIMITS
 from twin.joint.running_loss import RunningLoss
 from twin.joint.table import ForceTable, table_from_stiffness
 
 LOSS_POINTS = 1025
-RUN_OUT = 0.1
-"""Share of the last knot's amplitude over which a softening levels off beyond it."""
 
 
 def softening_of_knots(amplitude_m: Sequence[float], softening: Sequence[float]) -> ForceTable:
@@ -23,7 +22,7 @@ def softening_of_knots(amplitude_m: Sequence[float], softening: Sequence[float])
     o = np.array(amplitude_m)
     g1 = PchipInterpolator(o, softening)
     dg1 = g1.derivative()
-    last, run_out = float(dg1(o[-1])), RUN_OUT * o[-1]
+    last, run_out = float(dg1(o[-1])), LIMITS.run_out * o[-1]
 
     def beyond(x: Series) -> Series:
         return np.exp(-np.maximum(x - o[-1], 0.0) / run_out)

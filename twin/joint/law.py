@@ -28,10 +28,10 @@ class Law(Protocol):
         """How many numbers the law remembers."""
         ...
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along the samples of a path that starts at rest at e = 0, in plain numpy."""
         ...
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """Describing function: complex equivalent stiffness for e = amplitude sin(wt), steady state."""
         ...

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from twin.joint.iwan import iwan
+from twin.joint.jenkins_element import jenkins
 from twin.joint.knots import LOSS_POINTS, loss_of_knots, softening_of_knots
 from twin.joint.law import Law
 from twin.joint.masing import masing_of_points
@@ -19,7 +20,6 @@ from twin.joint.power_laws import Cubic
 from twin.joint.running_loss import RunningLoss
 from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact
-from twin.joint.sliders import jenkins
 
 
 def _modulus(name: str, about: str, **more: Any) -> Parameter:

@@ -7,8 +7,8 @@ falls by k at x, a spring k slips at the force k x.
 
 import numpy as np
 
+from twin.joint.jenkins_element import ParallelJenkins
 from twin.joint.law import Series
-from twin.joint.sliders import ParallelJenkins
 
 
 def masing_of_points(deflection_m: Series, force_N: Series) -> ParallelJenkins:

@@ -10,13 +10,11 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from twin.joint.law import Law, Series, Stiffness
+from twin.joint.limits import LIMITS
 from twin.joint.slap import PiecewiseLinearContact
 from twin.joint.table import ForceTable
 
 Value = float | list[float]
-
-AT_REST_m = 1e-12
-"""A motion at which every law is at rest."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +79,7 @@ class PointForce:
     @staticmethod
     def of(law: Law) -> PointForce:
         """With the law's own stiffness at rest."""
-        return PointForce(law, float(np.real(law.stiffness(np.array(AT_REST_m)))))
+        return PointForce(law, float(np.real(law.describing_function(np.array(LIMITS.at_rest_m)))))
 
     @property
     def most_taken(self) -> float:
@@ -92,13 +90,13 @@ class PointForce:
             return self.at_rest - self.law.least_tangent
         return self.at_rest
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along a path, N/m."""
-        return self.law.path(e) - self.at_rest * e
+        return self.law.force_history(e) - self.at_rest * e
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """What is added to the modulus at an amplitude, complex, N/m2."""
-        return self.law.stiffness(amplitude) - self.at_rest
+        return self.law.describing_function(amplitude) - self.at_rest
 
 
 @dataclass(frozen=True, kw_only=True)

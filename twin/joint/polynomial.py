@@ -46,7 +46,7 @@ class Polynomial:
         loss = [c / loss_ratio(k) for k, c in enumerate(self.loss)]
         return np.array([self.stick, len(storage), *storage, len(loss), *loss], float)
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along a path."""
         size, sign = np.abs(e), self._direction(e)
         force = np.zeros_like(e)
@@ -56,7 +56,7 @@ class Polynomial:
             force += c / loss_ratio(k) * size ** (k + 1) * sign
         return force
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """Equivalent stiffness: the polynomials."""
         X = np.asarray(amplitude, float)
         return np.polynomial.polynomial.polyval(X, np.array([*self.storage, 0.0])) + 1j * (

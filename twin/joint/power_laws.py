@@ -26,11 +26,11 @@ class Linear(_OneCoefficient):
 
     kind: ClassVar[int] = LINEAR
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along a path."""
         return self.coefficient * e
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """Equivalent stiffness, k at any amplitude."""
         return np.full(np.shape(amplitude), self.coefficient + 0j)
 
@@ -41,11 +41,11 @@ class Cubic(_OneCoefficient):
 
     kind: ClassVar[int] = CUBIC
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along a path."""
         return self.coefficient * e**3
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """Equivalent stiffness."""
         return np.asarray(0.75 * self.coefficient * np.asarray(amplitude, float) ** 2, complex)
 
@@ -56,10 +56,10 @@ class QuadraticDrag(_OneCoefficient):
 
     kind: ClassVar[int] = QUADRATIC_DRAG
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along a path of the velocity."""
         return self.coefficient * e * np.abs(e)
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """Force over velocity, real."""
         return np.asarray(8.0 / (3.0 * np.pi) * self.coefficient * np.asarray(amplitude, float), complex)

@@ -43,12 +43,12 @@ class RunningLoss:
         """Loss modulus at an amplitude."""
         return np.interp(amplitude, np.linspace(0.0, self.limit_m, len(self.eta)), self.eta)
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along one or more whole periods of equal steps, with the running means at their steady values."""
         velocity = np.gradient(e)
         A, w = np.sqrt(2 * np.mean(e**2)), np.sqrt(np.mean(velocity**2) / np.mean(e**2))
         return self.modulus(A) * velocity / w
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """Equivalent stiffness, imaginary."""
         return np.asarray(1j * self.modulus(np.asarray(amplitude, float)), complex)

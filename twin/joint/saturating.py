@@ -12,9 +12,7 @@ from scipy.special import ellipe, ellipk
 
 from twin.joint.kinds import SATURATING
 from twin.joint.law import Series, Stiffness
-
-SMALL = 1e-3
-"""Below this m the elliptic form loses digits and its series is used."""
+from twin.joint.limits import LIMITS
 
 
 @dataclass(frozen=True)
@@ -36,14 +34,14 @@ class Saturating:
         """[k, e0, spring]."""
         return np.array([self.k, self.e0, self.spring])
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along a path."""
         return self.k * e / np.sqrt(1.0 + (e / self.e0) ** 2) + self.spring * e
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """Equivalent stiffness."""
         m = (np.asarray(amplitude, float) / self.e0) ** 2
         series = 1.0 - 3.0 / 8.0 * m + 15.0 / 64.0 * m**2 - 175.0 / 1024.0 * m**3
-        big = np.maximum(m, SMALL)
+        big = np.maximum(m, LIMITS.saturating_small)
         exact = 4.0 / (np.pi * big) * (ellipe(-big) - ellipk(-big))
-        return np.asarray(self.k * np.where(m < SMALL, series, exact) + self.spring, complex)
+        return np.asarray(self.k * np.where(m < LIMITS.saturating_small, series, exact) + self.spring, complex)

@@ -41,14 +41,14 @@ class PiecewiseLinearContact:
         k, g, s = (np.array(values, float)[:, None] for values in (self.stiffness_N_per_m, self.gap_m, self.side))
         return float(np.min(np.sum(np.where(s * (between - g) > 0.0, k, 0.0), axis=0)))
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along a path."""
         force = np.zeros_like(e)
         for k, g, s in zip(self.stiffness_N_per_m, self.gap_m, self.side, strict=True):
             force += k * s * np.maximum(s * (e - g), 0.0)
         return force
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """Equivalent stiffness."""
         A = np.asarray(amplitude, float)
         total = np.zeros_like(A)

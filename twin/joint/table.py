@@ -17,9 +17,7 @@ import numpy as np
 
 from twin.joint.kinds import TABLE
 from twin.joint.law import Series, Stiffness
-
-TABLE_POINTS = 4097
-"""Points of a table; a linear interpolation of a curve this dense is good to about 1e-7 of its range."""
+from twin.joint.limits import LIMITS
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +32,7 @@ class ForceTable:
     @classmethod
     def of(cls, force: Callable[[Series], Series], *, limit_m: float) -> ForceTable:
         """Tabulate a single-valued force."""
-        return cls(limit_m, force(np.linspace(-limit_m, limit_m, TABLE_POINTS)))
+        return cls(limit_m, force(np.linspace(-limit_m, limit_m, LIMITS.table_points)))
 
     @property
     def parameters(self) -> Series:
@@ -46,19 +44,19 @@ class ForceTable:
         """Slope of each interval."""
         return np.diff(self.force) * (len(self.force) - 1) / (2 * self.limit_m)
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along a path."""
         inside = np.clip(e, -self.limit_m, self.limit_m)
         slope = np.where(e > 0, self.tangent[-1], self.tangent[0])
         grid = np.linspace(-self.limit_m, self.limit_m, len(self.force))
         return np.interp(inside, grid, self.force) + slope * (e - inside)
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """Equivalent stiffness, by quadrature over half a period."""
         A = np.asarray(amplitude, float)
         nodes, weights = np.polynomial.legendre.leggauss(800)
         theta = nodes * np.pi / 2
-        force = self.path(A[..., None] * np.sin(theta))
+        force = self.force_history(A[..., None] * np.sin(theta))
         return np.sum(weights * force * np.sin(theta), axis=-1) / A + 0j
 
 
@@ -72,7 +70,7 @@ def table_from_stiffness(
     stiffness, slope
         N(A) and dN/dA, vectorised, defined from 0 to `limit_m`.
     """
-    x = np.linspace(0.0, limit_m, TABLE_POINTS // 2 + 1)
+    x = np.linspace(0.0, limit_m, LIMITS.table_points // 2 + 1)
     nodes, weights = np.polynomial.legendre.leggauss(200)
     sine = np.sin((nodes + 1) * np.pi / 4)
     A = x[:, None] * sine

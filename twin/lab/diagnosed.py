@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from matplotlib.figure import Figure
 
 from recordings.whole import made_folder
-from twin.checks import Finding
+from twin.checks import CheckFinding
 from twin.diagnose import Diagnosis
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.extended import updated_rig_file
@@ -16,14 +16,12 @@ from twin.diagnose.tables import TableDiagnosis
 from twin.identify.measured_data import MeasuredData
 from twin.lab.model_result import FitPictures, ModelResult
 from twin.rigs import Rig
-from twin.rigs.kinds import AnyRig
 from twin.views.curves import Fitted, has_law, shown_models
 from twin.views.figures import law_figure, sweeps_figure
 from twin.views.page import LEFT_OUT, Page
 from twin.views.reports.answer import causes_table, errors_table, residuals_table
 from twin.views.reports.diagnosis import diagnosis_page
 from twin.views.reports.missing_force import missing_force_figure
-from twin.views.reports.tables import table_figure, table_page, tried_table
 from twin.views.table import Table
 
 EXTENDED, VIEW = "extended.toml", "view.rrd"
@@ -31,7 +29,7 @@ EXTENDED, VIEW = "extended.toml", "view.rrd"
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class _Diagnosed(ModelResult):
+class DiagnosedModel(ModelResult):
     """What the diagnoses of recordings and of tables have in common; `diagnosis` holds all that is behind it."""
 
     became: ClassVar[str] = "extended"
@@ -58,11 +56,11 @@ class _Diagnosed(ModelResult):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class DiagnosedRecordings(FitPictures, _Diagnosed):
+class DiagnosedRecordings(FitPictures, DiagnosedModel):
     """The diagnosis of recordings, and what a first look at them saw."""
 
     diagnosis: Diagnosis
-    findings: tuple[Finding, ...] = ()
+    findings: tuple[CheckFinding, ...] = ()
 
     @property
     def sentence(self) -> str:
@@ -146,37 +144,3 @@ class DiagnosedRecordings(FitPictures, _Diagnosed):
             "notes": notes,
             "findings": [asdict(finding) for finding in self.findings],
         }
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class DiagnosedTables(_Diagnosed):
-    """The diagnosis of natural frequencies or of sweeps."""
-
-    diagnosis: TableDiagnosis
-
-    def tables(self) -> Sequence[Table]:
-        """Causes, and the models that were tried."""
-        found = self.diagnosis
-        tables = [causes_table(found.causes)] if found.causes else []
-        return [*tables, tried_table(found)] if found.tried else tables
-
-    @property
-    def file(self) -> AnyRig:
-        """The extended model."""
-        return self.diagnosis.model
-
-    def save(self, folder: str | Path) -> dict[str, Any]:
-        """As :meth:`save_model`."""
-        return self.save_model(folder)
-
-    def page(self) -> Page:
-        """The report."""
-        return table_page(self.diagnosis).beginning(LEFT_OUT, self.assumed)
-
-    def plot(self) -> Figure:
-        """Errors of the frequencies, or resonances of the sweeps beside their law."""
-        return table_figure(self.diagnosis)
-
-    def to_dict(self) -> dict[str, Any]:
-        """As ``twin diagnose --json`` prints it."""
-        return {**self.diagnosis.to_dict(EXTENDED), "assumed": list(self.assumed)}

@@ -1,8 +1,6 @@
 """What a command or a call was given: recordings, frequency responses or tables, and the preload asked for."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from recordings import InputError, Run
@@ -11,10 +9,10 @@ from twin.lab.recording import Recording
 from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
 
-__all__ = ["AnyRun", "Runs", "are_all_responses", "are_tables", "listed", "no_scatter", "one_preload"]
-
 AnyRun = Recording | Run | str | Path
 Runs = AnyRun | Iterable[AnyRun]
+Report = Callable[[str], None]
+"""Told what is being done."""
 
 
 def no_scatter() -> InputError:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -56,8 +57,19 @@ class ModelResult(Reported):
             save_any_rig(self.file, part)
 
 
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class IdentifiedModel(ModelResult):
-    """A model that was identified, which goes into a file of its own."""
+    """A model that was identified, which goes into a file of its own; `warnings` are what to know beside it."""
+
+    warnings: tuple[str, ...]
+
+    @abstractmethod
+    def _values(self) -> dict[str, Any]:
+        """What was identified, as ``twin identify --json`` prints it."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """As the command prints it with ``--json``, without the model file's name."""
+        return {**self._values(), "assumed": list(self.assumed), "warnings": list(self.warnings)}
 
     def save(self, path: str | Path) -> None:
         """Write the model file (TOML), whole or not at all."""

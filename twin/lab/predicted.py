@@ -19,7 +19,7 @@ from twin.rigs.modal import ModalRig
 from twin.rigs.preloads import known_preload
 from twin.rigs.store import no_structure
 from twin.structure.plausibility import unlikely_units
-from twin.views.figures import dressed, panels
+from twin.views.drawing import dressed, panels
 from twin.views.style import AFTER, BEFORE
 from twin.views.table import Table
 
@@ -71,7 +71,7 @@ class PredictedResponse(Shown):
         r = self.response
         by_force = self.given == "force"
         value, label = (r.acceleration_m_per_s2, "acceleration, m/s²") if by_force else (r.force_N, "force, N")
-        figure, (axes,) = panels(1, height_in=3.4)
+        figure, ((axes,),) = panels(1, 1, height_in=3.4)
         for stable, colour, name in ((True, AFTER, "stable"), (False, BEFORE, "unstable")):
             pick = r.stable == stable
             if pick.any():
@@ -79,9 +79,8 @@ class PredictedResponse(Shown):
                     r.frequency_Hz[pick], value[pick], yerr=r.std[pick], fmt="o", markersize=3.2, linewidth=0.8,
                     color=colour, label=name,
                 )  # fmt: skip
-        axes.set(xlabel="frequency, Hz", ylabel=label, title="predicted, ± one standard deviation")
         axes.set_ylim(bottom=0)
-        dressed(axes)
+        dressed(axes, xlabel="frequency, Hz", ylabel=label, title="predicted, ± one standard deviation")
         axes.legend(frameon=False, fontsize=9)
         return figure
 

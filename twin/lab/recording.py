@@ -57,28 +57,23 @@ class Recording(Shown):
         ValueError
             If the run has no sine sweeps.
         """
-        from twin.views.figures import dressed, legend, panels
+        from twin.views.drawing import dressed, legend, panels
         from twin.views.receptance import per_force_label
 
         if not self.sweeps:
             raise ValueError(f"{self.run.path} has no sine sweeps to plot")
         channels = list(self.sweeps[0].receptance)
-        figure, row = panels(len(channels), height_in=3.6)
+        figure, (row,) = panels(1, len(channels), height_in=3.6)
         for channel, axes in zip(channels, row, strict=True):
             for i, sweep in enumerate(self.sweeps):
                 order = np.argsort(sweep.frequency_Hz, kind="stable")
                 size = sweep.receptance[channel][order]
-                axes.plot(
-                    sweep.frequency_Hz[order], size, "o-", markersize=3.2, color=level_colour(i), label=sweep.name
-                )
-            axes.set(
-                title=channel,
-                xlabel="frequency, Hz",
-                ylabel=per_force_label(channel, self.run.channels[channel].quantity),
-            )
+                style = {"markersize": 3.2, "color": level_colour(i), "label": sweep.name}
+                axes.plot(sweep.frequency_Hz[order], size, "o-", **style)
             axes.set_ylim(bottom=0)
-            dressed(axes)
-        legend(figure, row[0].get_lines())
+            label = per_force_label(channel, self.run.channels[channel].quantity)
+            dressed(axes, title=channel, xlabel="frequency, Hz", ylabel=label)
+        legend(figure)
         return figure
 
     def plot_samples(self, channel: str, *, start_s: float = 0.0, duration_s: float = float("inf")) -> Figure:
@@ -89,19 +84,18 @@ class Recording(Shown):
         KeyError
             If no samples of that channel were recorded.
         """
-        from twin.views.figures import dressed, panels
+        from twin.views.drawing import dressed, panels
 
         device = self.run.device_of(channel)
         first = int(device.block_time_ns[0])
         stop = device.end_ns if np.isinf(duration_s) else first + round(1e9 * (start_s + duration_s))
         begin, end = device.position_at(first + round(1e9 * start_s)), device.position_at(stop)
         time_s = 1e-9 * (device.times_ns(begin, end) - first)
-        figure, (axes,) = panels(1, height_in=3.0)
+        figure, ((axes,),) = panels(1, 1, height_in=3.0)
         position, drawn = extremes(device.values[channel][begin:end], -(-2 * (end - begin) // 20_000))
         axes.plot(time_s[position], drawn, color=AFTER, linewidth=0.8)
-        unit = unit_text(self.run.channels[channel].unit)
-        axes.set(title=channel, xlabel="time, s", ylabel=f"{channel}, {unit}")
-        dressed(axes)
+        label = f"{channel}, {unit_text(self.run.channels[channel].unit)}"
+        dressed(axes, title=channel, xlabel="time, s", ylabel=label)
         return figure
 
 

@@ -3,7 +3,7 @@
 import shutil
 import tempfile
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from recordings.streams import SampleSource
 from recordings.whole import made_folder
+from twin.lab.given import Report
 from twin.lab.recording import Recording, load_run
 from twin.lab.shown import Reported
 from twin.procedures import Procedure, load_procedure, save_procedure
@@ -22,8 +23,6 @@ from twin.views.page import Page
 from twin.views.reports.rehearsal import rehearsal_page, rehearsal_sentence, sweeps_table, warnings_table
 from twin.views.reports.rehearsal_figures import range_figure, responses_figures
 from twin.views.table import Table
-
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)

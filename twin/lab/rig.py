@@ -6,7 +6,7 @@ What each of these needs is imported when it is asked for: a rig is loaded, and 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from recordings import InputError
 from recordings.responses import read_responses
 from recordings.whereabouts import Stages, told_in_one_line
-from twin.lab.given import AnyRun, Runs, are_all_responses, are_tables, listed, no_scatter, one_preload
+from twin.lab.given import AnyRun, Report, Runs, are_all_responses, are_tables, listed, no_scatter, one_preload
 from twin.lab.recording import as_runs
 from twin.lab.shown import Shown
 from twin.rigs import LapJointRig, Rig
@@ -28,7 +28,8 @@ from twin.views.table import Table
 
 if TYPE_CHECKING:
     from twin.checks import FirstLook
-    from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
+    from twin.lab.diagnosed import DiagnosedRecordings
+    from twin.lab.diagnosed_tables import DiagnosedTables
     from twin.lab.identified_joint import Beside, IdentifiedJoint
     from twin.lab.identified_mode import IdentifiedMode
     from twin.lab.identified_moduli import IdentifiedModuli
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
     from twin.lab.predicted import PredictedResponse
     from twin.lab.rehearsed import RehearsedProcedure
     from twin.procedures import Procedure
-
-Report = Callable[[str], None]
 
 
 def _silent(_: str) -> None:
@@ -296,15 +295,13 @@ class LabRig(Shown):
             if len(paths) != len(learnt) + len(kept):
                 raise InputError(paths[0], "", "stands beside recordings in memory", "give either")
             from twin.identify.time_limit import time_limit
-            from twin.lab.diagnosed import DiagnosedTables
-            from twin.lab.tables import diagnose_tables
+            from twin.lab.diagnosed_tables import diagnose_tables
 
             with told_in_one_line(paths[0], stages), time_limit(end_s):
-                found = diagnose_tables(
+                return diagnose_tables(
                     paths[: len(learnt)], paths[len(learnt) :], self.file, source=self.source, preloads=preloads,
                     report=stages,
                 )  # fmt: skip
-            return DiagnosedTables(found)
         rig = self._structure()
         asked_for = one_preload(preloads, rig)
         stages("reading, and a first look")

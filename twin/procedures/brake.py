@@ -18,14 +18,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from twin.procedures.limits import LIMITS
 from twin.procedures.session import Session
 from twin.procedures.settling import SettlingDetector
 
 SHORTEST_S, LONGEST_S = 0.2, 1.0
-WIDEST_TURN = 0.6
-"""Largest turn of the force's phase, rad: the plan is linear in the structure."""
-LEAST_BEAT = 1.0
-"""Beats slower than this many radians a time constant are left alone: next to a resonance a detour passes over it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,11 +52,11 @@ def plan_detour(*, rate: complex, transient: complex, steady: complex, durations
     durations_s
         What the generator's timing allows.
     """
-    if abs(rate.imag) < LEAST_BEAT * abs(rate.real) or abs(transient) > WIDEST_TURN * abs(steady):
+    if abs(rate.imag) < LIMITS.least_beat * abs(rate.real) or abs(transient) > LIMITS.widest_turn * abs(steady):
         return None
     best: Detour | None = None
     for duration_s in durations_s:
-        w = np.linspace(-WIDEST_TURN, WIDEST_TURN, 241) / duration_s
+        w = np.linspace(-LIMITS.widest_turn, LIMITS.widest_turn, 241) / duration_s
         turned = rate - 1j * w
         grown = np.exp(turned * duration_s)
         after = abs(grown * transient - 1j * w * steady * (grown - 1) / turned)

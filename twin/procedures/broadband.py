@@ -10,20 +10,17 @@ from recordings.quantities import follows_excitation
 from recordings.run import StepState
 from recordings.streams import Excitation
 from twin.procedures.kinds import Multisine, Random
+from twin.procedures.limits import LIMITS
 from twin.procedures.session import Session, StepPlace
 from twin.procedures.stream import Series
 from twin.procedures.stretch import finish, measure, rms
 
-TRIAL_S = 2.0
-"""Over which a level, or the fall of a transient, is seen well enough; of a multisine whole periods."""
 MOST_TRIALS = 12
-STILL_FALLING = 0.9
-"""What has not fallen to this part of itself within :data:`TRIAL_S` does not fall: time constants up to 19 s do."""
 
 
 def run_random(procedure: Random, session: Session) -> None:
     """Find the voltage that gives the wanted rms, settle, and measure once."""
-    held = _hold(procedure, session, trial_s=TRIAL_S)
+    held = _hold(procedure, session, trial_s=LIMITS.trial_s)
     assert procedure.settle.seconds is not None
     wait_ns = round(procedure.settle.seconds * 1e9)
     start_ns = session.stream.align(max(held.since_ns, session.stream.latest_ns) + wait_ns)
@@ -33,7 +30,7 @@ def run_random(procedure: Random, session: Session) -> None:
 
 def run_multisine(procedure: Multisine, session: Session) -> None:
     """Find the voltage that gives the wanted rms, wait until the periods repeat, and measure whole periods."""
-    held = _hold(procedure, session, trial_s=math.ceil(TRIAL_S / procedure.period - 1e-9) * procedure.period)
+    held = _hold(procedure, session, trial_s=math.ceil(LIMITS.trial_s / procedure.period - 1e-9) * procedure.period)
     settle = procedure.settle
     start_ns = held.since_ns
     longest_s = settle.maximum if settle.seconds is None else settle.seconds
@@ -45,7 +42,7 @@ def run_multisine(procedure: Multisine, session: Session) -> None:
         periods = [*periods[-1:], session.window(start_ns, procedure.period)]
         start_ns += round(procedure.period * 1e9)
         changes += [_changes(session, before, after) for before, after in pairwise(periods)]
-        left = _left(changes, apart=math.ceil(TRIAL_S / procedure.period - 1e-9))
+        left = _left(changes, apart=math.ceil(LIMITS.trial_s / procedure.period - 1e-9))
         waited_s = (start_ns - held.since_ns) * 1e-9
         if settle.seconds is None and left is not None and left <= settle.tolerance and waited_s >= settle.minimum:
             settled = True
@@ -151,7 +148,7 @@ def _left(changes: list[dict[str, float]], *, apart: int) -> float | None:
     worst = 0.0
     for name, now in changes[-1].items():
         before = changes[-1 - apart].get(name, math.inf)
-        if now <= STILL_FALLING * before:
+        if now <= LIMITS.still_falling * before:
             ratio = (now / before) ** (1 / apart)
             worst = max(worst, now * ratio / (1.0 - ratio))
     return worst

@@ -8,17 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-USUAL_DAMPING_RATIO = 0.0023
-"""Of a bolted steel structure: what is assumed before the data tell."""
-FULL, FEWEST = 8, 4
-"""Windows looked at; and how many are enough where the decay is known and shows within them."""
-WELL_KNOWN = 2.5
-"""Most that noise and model errors of one window may grow by when the transient is told from the rest."""
+from twin.procedures.limits import LIMITS
 
 
 def usual_rate(frequency_Hz: float) -> complex:
     """Rate of a free decay, 1/s, before the data tell."""
-    return complex(-2 * math.pi * USUAL_DAMPING_RATIO * frequency_Hz)
+    return complex(-2 * math.pi * LIMITS.usual_damping_ratio * frequency_Hz)
 
 
 @dataclass(frozen=True)
@@ -47,7 +42,7 @@ class SettlingDetector:
 
     def __init__(self, tolerance: float, *, rate: complex, certain: bool = False) -> None:
         self._tolerance = tolerance
-        self._windows: deque[_Window] = deque(maxlen=FULL)
+        self._windows: deque[_Window] = deque(maxlen=LIMITS.settling_full)
         self.rate, self.certain = rate, certain
 
     def add(self, phasors: Mapping[str, complex], stds: Mapping[str, float], *, time_s: float) -> None:
@@ -100,10 +95,10 @@ class SettlingDetector:
         return judged
 
     def _enough(self) -> bool:
-        if len(self._windows) < FULL:
-            if not self.certain or len(self._windows) < FEWEST:
+        if len(self._windows) < LIMITS.settling_full:
+            if not self.certain or len(self._windows) < LIMITS.settling_fewest:
                 return False
-            return float(np.linalg.norm(self._weights()[1])) < WELL_KNOWN
+            return float(np.linalg.norm(self._weights()[1])) < LIMITS.well_known
         return True
 
     def _values(self, name: str) -> NDArray[np.complex128]:

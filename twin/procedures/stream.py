@@ -9,10 +9,8 @@ from numpy.typing import NDArray
 
 from recordings.run import Event, SampleBlock
 from recordings.streams import Acquisition
+from twin.procedures.limits import LIMITS
 from twin.procedures.recorder import Recorder, sample_at
-
-SILENT_DEVICE_S = 5.0
-"""A device this far behind the others has fallen silent."""
 
 
 class GuardTrip(Exception):  # noqa: N818  (not an error of the program: the guard did its work)
@@ -114,9 +112,9 @@ class Stream:
             for event in self._acquisition.take_events():
                 self._noted.add((event.kind, event.source))
                 self.note(event)
-            behind = [d for d, end in self._end_ns.items() if self.latest_ns - end > SILENT_DEVICE_S * 1e9]
+            behind = [d for d, end in self._end_ns.items() if self.latest_ns - end > LIMITS.silent_device_s * 1e9]
             if behind and self.latest_ns >= until_ns:
-                raise TimeoutError(f"device {behind[0]!r} gave no samples for {SILENT_DEVICE_S:g} s")
+                raise TimeoutError(f"device {behind[0]!r} gave no samples for {LIMITS.silent_device_s:g} s")
 
     def window(self, start_ns: int, duration_s: float) -> dict[str, Series]:
         """All channels from `start_ns` on for `duration_s`; waits for them.  Lost samples are NaN."""

@@ -6,14 +6,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from twin.procedures.brake import Brake
+from twin.procedures.limits import LIMITS
 from twin.procedures.phasors import nearness, relative_phasors
 from twin.procedures.session import Session
 from twin.procedures.settling import SettlingDetector, usual_rate
 from twin.procedures.sine_fit import SineFit
 from twin.procedures.step import SineStep
-
-CONTROL_HARMONICS = 5
-"""As many as are measured: one that is left out looks like noise, which excuses an amplitude that is not held."""
 
 
 def window_seconds(frequency_Hz: float, sample_rate_Hz: float) -> float:
@@ -63,7 +61,11 @@ class Wait:
             series = session.window(start_ns, length_s)
             delay_s = (start_ns - self._reference_ns) * 1e-9
             fits = session.fits(
-                series, frequency_Hz=session.frequency_Hz, harmonics=CONTROL_HARMONICS, modulation=2, delay_s=delay_s
+                series,
+                frequency_Hz=session.frequency_Hz,
+                harmonics=LIMITS.control_harmonics,
+                modulation=2,
+                delay_s=delay_s,
             )
             end_ns = start_ns + round(length_s * 1e9)
             if not fits:

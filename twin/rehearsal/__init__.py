@@ -1,6 +1,6 @@
 """Rehearsals: a procedure run on the twin, judged, improved and run again."""
 
-from twin.rehearsal.branches import Branch, predicted_branches
+from twin.rehearsal.branches import PredictedBranch, predicted_branches
 from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.nominal import NominalRig
 from twin.rehearsal.rehearsal import Caution, Rehearsal, SweepSummary

@@ -1,5 +1,6 @@
 """The responses that a force-controlled sweep has to choose from: all branches, stable or not, by continuation."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -14,7 +15,7 @@ from twin.rigs import Rig
 
 
 @dataclass(frozen=True, kw_only=True)
-class Branch:
+class PredictedBranch:
     """One force's curve from the first frequency to the last, through whatever folds it has.
 
     `response` holds complex amplitudes by channel, relative to the phase of the force; `folds_Hz` are the frequencies
@@ -30,7 +31,7 @@ class Branch:
     ends_early: str = ""
 
 
-def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine) -> list[Branch]:
+def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine) -> list[PredictedBranch]:
     """One curve for each amplitude of a force-controlled stepped sine, by harmonic balance without shaker or noise.
 
     About several resonances each amplitude has a curve of its own about each.
@@ -53,11 +54,11 @@ def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine)
         frequency_Hz = [point.frequency_Hz for point in points]
         told = {name: list(map(complex, turned[:, i])) for i, name in enumerate(names)}
         found.append(
-            Branch(
+            PredictedBranch(
                 force_N=amplitude,
                 frequency_Hz=frequency_Hz,
                 response=told if len(points) else {},
-                folds_Hz=_turns(frequency_Hz),
+                folds_Hz=[place for place, _ in turning_points(frequency_Hz)],
                 stable=[balance.stable(point) for point in points],
                 ends_early="" if points.failure is None else str(points.failure),
             )
@@ -65,7 +66,8 @@ def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine)
     return found
 
 
-def _turns(frequency_Hz: list[float]) -> list[float]:
-    """Where the frequency along a curve changes its direction."""
+def turning_points(frequency_Hz: Sequence[float]) -> list[tuple[float, bool]]:
+    """Where the frequency along a curve changes its direction, and whether it rose until then."""
     ways = np.sign(np.diff(frequency_Hz))
-    return [frequency_Hz[i + 1] for i in np.flatnonzero(ways[1:] * ways[:-1] < 0)]
+    turns = np.flatnonzero(ways[1:] * ways[:-1] < 0).tolist()
+    return [(float(frequency_Hz[i + 1]), bool(ways[i] > 0)) for i in turns]

@@ -5,9 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from twin.procedures import StepResult
+from twin.rehearsal.branches import turning_points
 from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Rehearsal
 from twin.rehearsal.turns import phase_steps, steepest_linear
@@ -32,13 +31,7 @@ def folds_within(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> Folds:
     low, high = min(step.frequency_Hz for step in steps), max(step.frequency_Hz for step in steps)
     places, intervals = [], []
     for branch in branches_of(rehearsal, steps):
-        frequency_Hz = np.asarray(branch["frequency_Hz"], float)
-        ways = np.sign(np.diff(frequency_Hz))
-        along = [
-            (float(frequency_Hz[i + 1]), bool(ways[i] > 0))
-            for i in np.flatnonzero(ways[1:] * ways[:-1] < 0)
-            if low <= frequency_Hz[i + 1] <= high
-        ]
+        along = [point for point in turning_points(branch["frequency_Hz"]) if low <= point[0] <= high]
         places += along
         intervals += _intervals(along)
     return Folds(

@@ -53,13 +53,11 @@ class Limits:
     too_short_wanted: float = 8.0
     """Averages at a resolution of a mode's half-power width: when to warn, and what is advised. n of them give its
     damping ratio within 1 / sqrt(pi n) of itself, a third and a fifth."""
-
     # noise.py
     noise_averages: float = 12.0
     """Stretches that densities and responses are averaged over."""
     most_lines: int = 2000
     """Of a table; more than a picture shows, and twice as many cost a megabyte."""
-
     # refine.py
     refine_finest: float = 0.4
     refine_reach: float = 4.0
@@ -67,18 +65,15 @@ class Limits:
     refine_widening: float = 0.4
     """Of the distance from there: how wide the steps become farther out, so that a place known badly is not passed
     over."""
-
     # rehearsal.py
     rehearsal_near: float = 0.02
     """Of a resonance's largest response per force: a step with less of it lies so far off that it tells nothing of
     it."""
-
     # ring_down.py
     least_above_noise: float = 10.0
     """Amplitude over its own noise, down to which a decay is followed."""
     fewest_windows: int = 4
     """Of a part, so that its slope has a scatter."""
-
     # turns.py
     turns_allowed_deg: float = 80.0
     """Phase of the response between neighbouring steps. At worst the peak lies half way: cos 40 degrees, a quarter

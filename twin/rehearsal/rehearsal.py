@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from recordings.quantities import is_motion, quantity
 from recordings.run import Channel
 from twin.procedures import Procedure, ProcedureResult, StepResult, SweptSine
-from twin.procedures.settling import USUAL_DAMPING_RATIO
+from twin.procedures.limits import LIMITS as PROCEDURES_LIMITS
 from twin.rehearsal.bands import band_numbers
 from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.nominal import NominalRig
@@ -105,7 +105,9 @@ class Rehearsal:
 
     def half_width_Hz(self, frequency_Hz: float) -> float:
         """Half of the half-power bandwidth of a resonance near a frequency."""
-        ratio = USUAL_DAMPING_RATIO if self.nominal.damping_ratio is None else self.nominal.damping_ratio
+        ratio = (
+            PROCEDURES_LIMITS.usual_damping_ratio if self.nominal.damping_ratio is None else self.nominal.damping_ratio
+        )
         return ratio * frequency_Hz
 
     def sweeps(self) -> dict[str, list[StepResult]]:

@@ -1,8 +1,6 @@
 """Running a procedure on a source of samples, recording it, and saying what to know before the real run."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -121,16 +119,10 @@ def rehearse(
         **({"drive": procedure.drive} if procedure.drive else {}),
         **nominal.preload,
     }
-    attachments: Mapping[str, bytes] = {"procedure.toml": dump_procedure(procedure)}
-    if nominal.rig_file:
-        attachments = {"rig.toml": nominal.rig_file, **attachments}
+    attachments = {"rig.toml": nominal.rig_file} if nominal.rig_file else {}
+    attachments["procedure.toml"] = dump_procedure(procedure)
     with RunWriter(
-        recording,
-        info=info,
-        channels=list(source.channels),
-        attachments=attachments,
-        overwrite=True,
-        reproducible=True,
+        recording, info=info, channels=list(source.channels), attachments=attachments, overwrite=True, reproducible=True
     ) as writer:
         acquisition: Acquisition = DirectAcquisition(source)
         sink: RunSink = writer

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from twin.procedures import Procedure, RingDown, SteppedSine, StepResult
-from twin.rehearsal.branches import Branch, predicted_branches
+from twin.rehearsal.branches import predicted_branches
 from twin.rehearsal.noise import noise_tables
 from twin.rehearsal.rehearse import Rehearsed
 from twin.rehearsal.ring_down import free_decays
@@ -30,7 +30,10 @@ def result_table(
     seed: int,
     branches: list[dict[str, Any]],
 ) -> dict[str, Any]:
-    """All of a rehearsal: the procedure as asked for and, where it was improved, the better one."""
+    """All of a rehearsal: the procedure as asked for and, where it was improved, the better one.
+
+    Of that also whether it cleared all warnings, or which kinds are left.
+    """
     return {
         "procedure": procedure,
         "rig": rig.name,
@@ -39,13 +42,10 @@ def result_table(
         "assumed": list(assumed(rig)),
         **rehearsed_table(first),
         "branches": branches,
-        "improved": _improved(better) if better is not None else None,
+        "improved": None
+        if better is None
+        else {**rehearsed_table(better), "cleared": better.clear, "remaining": list(better.remaining)},
     }
-
-
-def _improved(better: Rehearsed) -> dict[str, Any]:
-    """As :func:`rehearsed_table`, and whether the improvement cleared all warnings, or which kinds are left."""
-    return {**rehearsed_table(better), "cleared": better.clear, "remaining": list(better.remaining)}
 
 
 def rehearsed_table(rehearsed: Rehearsed) -> dict[str, Any]:
@@ -104,18 +104,19 @@ def _step(rehearsed: Rehearsed, step: StepResult, before: StepResult | None) -> 
 
 
 def branch_tables(rig: Rig, *, preload: str | None, procedure: Procedure) -> list[dict[str, Any]]:
-    """All predicted curves; none unless the procedure steps through frequencies at a force."""
+    """Amplitude and phase of each channel along all predicted curves.
+
+    None unless the procedure steps through frequencies at a force.
+    """
     if not isinstance(procedure, SteppedSine):
         return []
-    return [_branch(branch) for branch in predicted_branches(rig, preload=preload, procedure=procedure)]
-
-
-def _branch(branch: Branch) -> dict[str, Any]:
-    """A predicted curve: amplitude and phase of each channel along it."""
-    return {
-        **asdict(branch),
-        "response": {
-            name: {"amplitude": list(map(abs, values)), "phase_rad": list(map(cmath.phase, values))}
-            for name, values in branch.response.items()
-        },
-    }
+    return [
+        {
+            **asdict(branch),
+            "response": {
+                name: {"amplitude": list(map(abs, values)), "phase_rad": list(map(cmath.phase, values))}
+                for name, values in branch.response.items()
+            },
+        }
+        for branch in predicted_branches(rig, preload=preload, procedure=procedure)
+    ]

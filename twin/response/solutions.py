@@ -91,7 +91,7 @@ class _Series:
 
 
 @dataclass(frozen=True)
-class Sweep(_Series):
+class SolutionSweep(_Series):
     """Steady states of a stepped sweep, each from the one before; `failures` are the frequencies without one."""
 
     solutions: tuple[PeriodicSolution, ...]
@@ -99,7 +99,7 @@ class Sweep(_Series):
 
 
 @dataclass(frozen=True)
-class Branch(_Series):
+class SolutionBranch(_Series):
     """Steady states along a branch; `failure` tells why it ends early, and is none where it does not."""
 
     solutions: tuple[PeriodicSolution, ...]

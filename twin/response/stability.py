@@ -12,14 +12,10 @@ from twin.bench.linear import Poles
 from twin.bench.marching import Elements, Step, coefficients, integrate, packed
 from twin.joint.kernel import COMPILED, remember
 from twin.joint.kinds import RUNNING_LOSS
+from twin.response.limits import LIMITS
 
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-BESIDE = 1e-5
-"""Perturbation over the amplitude of the local coordinates, or over each memory's own size."""
-FORGOTTEN = 20.0
-"""Time constants after which running means have forgotten how they began."""
 
 
 def floquet_multipliers(
@@ -54,15 +50,17 @@ def floquet_multipliers(
     memory = elements.state.copy()
     running = elements.kind == RUNNING_LOSS
     taus = elements.parameters[running, 0] if running.any() else np.zeros(1)
-    periods = 2 + int(np.ceil(FORGOTTEN * taus.max() * frequency_Hz))
+    periods = 2 + int(np.ceil(LIMITS.stability_forgotten * taus.max() * frequency_Hz))
     _settle(c.step_s, periods, np.ascontiguousarray(path), elements._replace(state=memory))
     rows = len(outputs)
     size = np.abs(outputs[:locals_]).sum(axis=1)
     reach = np.max(np.abs(c.C[:locals_]) / np.maximum(size, 1e-30)[:, None], axis=0, initial=0.0)
     state = np.concatenate([packed(w), memory.ravel()])
     beside = np.concatenate([
-        packed((1 + 1j) * BESIDE / np.maximum(reach, 1e-30)),
-        (BESIDE * np.maximum(np.abs(memory), 1e-3 * np.abs(memory).max(axis=1, keepdims=True))).ravel(),
+        packed((1 + 1j) * LIMITS.stability_beside / np.maximum(reach, 1e-30)),
+        (
+            LIMITS.stability_beside * np.maximum(np.abs(memory), 1e-3 * np.abs(memory).max(axis=1, keepdims=True))
+        ).ravel(),
     ])  # fmt: skip
     moves = np.flatnonzero(beside > 0.0)
     step = c.packed(locals_, rows - locals_, rows=rows)

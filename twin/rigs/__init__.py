@@ -3,16 +3,12 @@
 from twin.rigs.lap_joint import Joint, LapJointRig, Sensor
 from twin.rigs.layout import (
     BeamPart,
-    Damper,
     Dof,
     Layout,
     Link,
     MatricesPart,
-    Part,
     Place,
     PointMass,
-    Spring,
-    Stretch,
     Support,
     ThinLayer,
     Tie,

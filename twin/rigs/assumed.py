@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 
 from twin.rigs.beam import BeamRig
-from twin.rigs.beam_part import Section
+from twin.rigs.beam_part import BeamSection
 from twin.rigs.kinds import AnyRig
 from twin.rigs.rig import Rig
 from twin.rigs.tables import Acquisition, Drift, LawOfRig
@@ -78,7 +78,7 @@ def _drive(rig: Rig) -> Iterator[str]:
         yield "shaker: the same force per ampere at any stroke"
 
 
-def _without_shear(beams: dict[str, Section]) -> Iterator[str]:
+def _without_shear(beams: dict[str, BeamSection]) -> Iterator[str]:
     stiff = [name for name, beam in beams.items() if beam.shear_ratio == 0]
     if stiff:
         yield f"{_listed(stiff)}: no shear, bent as Euler and Bernoulli have it"

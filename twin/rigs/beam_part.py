@@ -12,20 +12,17 @@ from pydantic import Field, field_validator, model_validator
 from recordings.directions import Vector, cosine, unit_vector
 from recordings.numbers import Density, Finite, Length, Modulus, NonNegative, Positive
 from recordings.toml_input import Name, Table
+from twin.rigs.limits import LIMITS
 
 Along = TypeVar("Along", float, NDArray[Any])
 """One number of metres, or several."""
 Point = Annotated[list[Finite], Field(min_length=2, max_length=3)]
 
-ALONG = 0.999
-"""Cosine of the angle from which a beam's thickness counts as measured along its axis."""
-UPRIGHT = 1e-6
-"""Share of an axis in x and y below which a beam in space stands along z."""
 IN_SPACE = ("second_moments", "torsion_constant", "poisson_ratio", "thickness_direction")
 """What a plane beam has no use for."""
 
 
-class Section(Table):
+class BeamSection(Table):
     """A rectangular beam's section and material."""
 
     width: Length
@@ -47,7 +44,7 @@ class Section(Table):
         return self.width * self.thickness**3 / 12.0
 
 
-class BeamPart(Section):
+class BeamPart(BeamSection):
     """A straight beam on its neutral axis, of rectangular section unless area and second moments say otherwise.
 
     With two coordinates it is a plane beam, x, y and rz at a node; with three it is one in space, with all six.
@@ -89,7 +86,7 @@ class BeamPart(Section):
             raise ValueError("second_moments go with a section_area")
         if self.second_moments and not self.torsion_constant:
             raise ValueError("second_moments go with a torsion_constant, which the rectangle's is not")
-        if self.thickness_direction and abs(cosine(self.thickness_direction, self.axis)) > ALONG:
+        if self.thickness_direction and abs(cosine(self.thickness_direction, self.axis)) > LIMITS.beam_part_along:
             raise ValueError("thickness_direction lies along the beam; it must lie across")
         return self
 
@@ -143,7 +140,7 @@ class BeamPart(Section):
             return -y, x, 0.0
         if self.thickness_direction is None:
             level = math.hypot(x, y)
-            return (-y / level, x / level, 0.0) if level > UPRIGHT else (0.0, 1.0, 0.0)
+            return (-y / level, x / level, 0.0) if level > LIMITS.beam_part_upright else (0.0, 1.0, 0.0)
         wanted = unit_vector(self.thickness_direction)
         along = cosine(wanted, self.axis)
         across = [a - along * b for a, b in zip(wanted, (x, y, z), strict=True)]

@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 
 from recordings.numbers import Length, NonNegative
 from recordings.toml_input import Table
-from twin.rigs.beam_part import BeamPart, Section
+from twin.rigs.beam_part import BeamPart, BeamSection
 from twin.rigs.layout import Layout, Place, Stretch, Support, ThinLayer
 from twin.rigs.rig import Rig
 from twin.rigs.tables import AnyLaw, Preload, Shaker, Transducer, check_law
@@ -22,7 +22,7 @@ from twin.rigs.tables import AnyLaw, Preload, Shaker, Transducer, check_law
 BENCH_BEAM_ELEMENTS, BENCH_LAYER_ELEMENTS = 60, 6
 
 
-class Beam(Section):
+class Beam(BeamSection):
     """A uniform rectangular beam."""
 
     length: Length

@@ -16,16 +16,12 @@ from recordings.errors import InputError
 from recordings.numbers import Length, Mass, NonNegative, Positive
 from recordings.toml_input import Name, Table
 from twin.rigs.beam_part import BeamPart
+from twin.rigs.limits import LIMITS
 from twin.rigs.tables import AnyLaw, Preload, check_law
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 At = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
 """Metres along a beam part, or a node number of a part given by matrices."""
-
-ACROSS = 0.1
-"""Cosine of the angle between two directions below which they say nothing about each other's sense."""
-ROUNDED_m = 1e-9
-"""By so much a place may lie beyond an end."""
 
 
 class MatricesPart(Table):
@@ -192,7 +188,7 @@ class Place:
             If the two lie across each other.
         """
         along = cosine(recorded, self.direction)
-        if abs(along) > ACROSS:
+        if abs(along) > LIMITS.layout_across:
             return along < 0
         if recorded in ("+y", "-y"):
             return recorded.startswith("-") != (sum(self.direction) < 0)
@@ -300,7 +296,7 @@ class Layout:
         """
         left = position_m
         for stretch in self.stretches:
-            if left <= stretch.length + ROUNDED_m and left >= -ROUNDED_m:
+            if left <= stretch.length + LIMITS.layout_rounded_m and left >= -LIMITS.layout_rounded_m:
                 normal = self.beam(stretch.part).normal
                 at = min(max(stretch.begin + left, stretch.begin), stretch.end)
                 return Place(stretch.part, at, normal)
@@ -311,7 +307,7 @@ class Layout:
         """How many metres along the stretches a place lies; None where it is on none of them."""
         before = 0.0
         for stretch in self.stretches:
-            if stretch.part == place.part and place.at <= stretch.end + ROUNDED_m:
+            if stretch.part == place.part and place.at <= stretch.end + LIMITS.layout_rounded_m:
                 return before + max(place.at - stretch.begin, 0.0)
             before += stretch.length
         return None

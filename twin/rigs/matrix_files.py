@@ -10,18 +10,14 @@ from scipy.sparse import csr_array
 from recordings.columns import Columns
 from recordings.errors import InputError
 from twin.rigs.layout import Layout, MatricesPart
+from twin.rigs.limits import LIMITS
 from twin.rigs.matrices import FoundMatrix, read_matrix
-from twin.rigs.matrices.found import COMPONENTS
 from twin.rigs.node_tables import DOFS, read_node_table
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 PAIR_LIMIT = 10_000
-NEGATIVE = 1e-12
-"""By so much of the largest entry rounding may take a diagonal entry below zero."""
-SLOWEST_rad_per_s = 1.0
-"""Of a row's own stiffness on its own mass; an element of any part on a bench is thousands of times as fast."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +92,8 @@ def read_part_matrices(mass: Path, stiffness: Path, nodes: Path) -> PartMatrices
     """
     M, K = read_matrix_pair(mass, stiffness)
     own_mass, own_stiffness = M.matrix.diagonal(), K.matrix.diagonal()
-    if np.all(own_stiffness < own_mass * SLOWEST_rad_per_s**2):
-        slowest = SLOWEST_rad_per_s / (2 * np.pi)
+    if np.all(own_stiffness < own_mass * LIMITS.matrix_files_slowest_rad_per_s**2):
+        slowest = LIMITS.matrix_files_slowest_rad_per_s / (2 * np.pi)
         reason = f"no row of it would reach {slowest:.3f} Hz with the mass {Path(mass).name}"
         raise InputError(stiffness, "", reason, "are mass and stiffness exchanged, or not in SI units?")
     table = read_node_table(nodes, order=M.matrix.shape[0])
@@ -129,7 +125,7 @@ def read_matrix_pair(mass: Path, stiffness: Path) -> tuple[FoundMatrix, FoundMat
         diagonal, largest = one.matrix.diagonal(), abs(one.matrix).max()
         if largest == 0 and one is M:
             raise InputError(path, "", "every entry is zero", "check the export and the file's name")
-        if np.any(bad := diagonal < -NEGATIVE * largest):
+        if np.any(bad := diagonal < -LIMITS.matrix_files_negative * largest):
             row = int(np.argmax(bad))
             reason = f"the diagonal's entry {diagonal[row]:g} is negative, which no mass or stiffness has"
             raise InputError(path, f"row {row} (from 0)", reason, "check the export and its signs")
@@ -148,7 +144,7 @@ def read_matrix_pair(mass: Path, stiffness: Path) -> tuple[FoundMatrix, FoundMat
 def labelled_rows(matrix: FoundMatrix, nodes: Integers) -> dict[tuple[int, str], int]:
     """Rows by (node, dof) of the nodes of a table, from the labels of a matrix that has them."""
     assert matrix.labels is not None
-    node, component = np.divmod(matrix.labels, COMPONENTS)
+    node, component = np.divmod(matrix.labels, LIMITS.found_components)
     placed = np.flatnonzero(np.isin(node, nodes) & (component >= 1) & (component <= len(DOFS)))
     return {(int(node[row]), DOFS[component[row] - 1]): int(row) for row in placed}
 

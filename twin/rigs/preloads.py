@@ -4,10 +4,8 @@ import re
 from collections.abc import Mapping
 
 from recordings.errors import InputError
+from twin.rigs.limits import LIMITS
 from twin.rigs.rig import Rig
-
-NEAR = 0.05
-"""Departure of a recorded preload from the rig's that needs no mention."""
 
 
 def known_preload(rig: Rig, preload: str | None) -> str:
@@ -55,6 +53,6 @@ def nearest_preload(rig: Rig, info: Mapping[str, str]) -> tuple[str, float]:
 def foreign_preload(rig: Rig, info: Mapping[str, str]) -> str | None:
     """A sentence where a recording was made at a preload that the rig file does not have."""
     name, departure = nearest_preload(rig, info)
-    if abs(departure) < NEAR:
+    if abs(departure) < LIMITS.preloads_near:
         return None
     return f"the recordings' preload is {departure:+.0%} off {name}, the nearest that the rig has: E', G' begin there"

@@ -32,21 +32,11 @@ from twin.rigs.layout import (
     ThinLayer,
     Tie,
 )
+from twin.rigs.limits import LIMITS
 from twin.rigs.rig import Rig
 from twin.rigs.tables import Shaker, Transducer
 
 Direction = str | list[float]
-
-BENCH_FINER = 1.5
-"""Elements of beams on the bench, over the file's; layers have twice as many."""
-PARALLEL = 1e-6
-"""Sine of the angle up to which two beams may be joined by a layer."""
-ASIDE = 0.01
-"""Of the narrower of two beams, by which their axes may lie beside each other under a layer."""
-FACING = 0.999
-"""Cosine of the angle between a strain gauge's direction and the normal of its beam, at least."""
-BEYOND_m = 1e-6
-"""By so much a place or a layer may lie beyond a beam's end."""
 
 
 class _Placed(Table):
@@ -150,7 +140,7 @@ class StructureRig(Rig):
 
     def _check_place(self, where: str, name: str, at: float) -> None:
         part = self._find(where, name)
-        if isinstance(part, BeamPart) and at > part.length + BEYOND_m:
+        if isinstance(part, BeamPart) and at > part.length + LIMITS.structure_rig_beyond_m:
             raise ValueError(f"{where}: at {at:g} lies beyond the end of {name!r} at {part.length:.6g} m")
         if isinstance(part, MatricesPart) and at != int(at):
             raise ValueError(f"{where}: at {at:g} is no node number of {name!r}")
@@ -170,7 +160,7 @@ class StructureRig(Rig):
         if not isinstance(part, BeamPart):
             raise ValueError(f"{where}: strain is read at the surface of a beam, and {part.name!r} is none")
         across = sum(x * n for x, n in zip(place.direction, part.normal, strict=True))
-        if abs(across) < FACING:
+        if abs(across) < LIMITS.structure_rig_facing:
             raise ValueError(f"{where}: its direction must be across {part.name!r}: that of the surface it is on")
 
     def _check_joint(self, joint: ThinLayer) -> None:
@@ -182,12 +172,12 @@ class StructureRig(Rig):
             return
         if not (isinstance(first, BeamPart) and isinstance(second, BeamPart)):
             raise ValueError(f"{where}: from .. to .. lies along beams; parts given by matrices need pairs")
-        if joint.to > first.length + BEYOND_m:
+        if joint.to > first.length + LIMITS.structure_rig_beyond_m:
             raise ValueError(f"{where}: to {joint.to:g} lies beyond the end of {first.name!r} at {first.length:.6g} m")
         self._check_beside(where, joint, first, second)
         for s in (joint.begin, joint.to):
             facing = first.facing(second, s)
-            if not -BEYOND_m <= facing <= second.length + BEYOND_m:
+            if not -LIMITS.structure_rig_beyond_m <= facing <= second.length + LIMITS.structure_rig_beyond_m:
                 raise ValueError(
                     f"{where}: {s:g} m along {first.name!r} faces {facing:.6g} m along {second.name!r}, "
                     f"which is {second.length:.6g} m long"
@@ -196,16 +186,16 @@ class StructureRig(Rig):
     def _check_beside(self, where: str, joint: ThinLayer, first: BeamPart, second: BeamPart) -> None:
         """A layer's beams lie on each other: parallel, facing along their thickness, and a layer apart."""
         both = f"{where}: {first.name!r} and {second.name!r}"
-        if math.hypot(*np.cross(first.axis, second.axis)) > PARALLEL:
+        if math.hypot(*np.cross(first.axis, second.axis)) > LIMITS.structure_rig_parallel:
             raise ValueError(
                 f"{both} are not parallel; for a corner draw a short beam along {first.name!r} that is part of "
                 f"{second.name!r}, tied rigidly to its end, and join that"
             )
-        if math.hypot(*np.cross(first.normal, second.normal)) > PARALLEL:
+        if math.hypot(*np.cross(first.normal, second.normal)) > LIMITS.structure_rig_parallel:
             raise ValueError(f"{both} do not face each other with their thickness; see thickness_direction")
         apart = second.origin - first.origin
         sideways = float(apart @ np.cross(first.axis, first.normal))
-        if abs(sideways) > ASIDE * min(first.width, second.width):
+        if abs(sideways) > LIMITS.structure_rig_aside * min(first.width, second.width):
             raise ValueError(f"{both} lie {abs(sideways):.3g} m beside each other; a layer lies across their thickness")
 
     def _check_tie(self, where: str, tie: Tie) -> None:
@@ -265,7 +255,7 @@ class StructureRig(Rig):
     def bench_layout(self) -> Layout:
         """The same with more elements of everything."""
         parts = [
-            part.model_copy(update={"elements": math.ceil(BENCH_FINER * part.elements)})
+            part.model_copy(update={"elements": math.ceil(LIMITS.bench_finer * part.elements)})
             if isinstance(part, BeamPart) else part
             for part in self.part
         ]  # fmt: skip

@@ -12,15 +12,10 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_valida
 from recordings.numbers import Finite, Mass, Modulus, NonNegative, Positive
 from recordings.quantities import follows_excitation, known_quantities, quantity
 from recordings.toml_input import Name, Table
+from twin.rigs.limits import LIMITS
 
 if TYPE_CHECKING:
     from twin.joint import NamedLaw, PointForce
-
-MORE_THAN_ALL = 1.0 + 1e-6
-"""Of a modulus that a law may take off it, lest rounding forbid all of it."""
-
-HARDEST_STOP_Hz = 3000.0
-"""Of the armature's mass on its end stop; the marching of a spring is stable to a third of its rate."""
 
 
 class Preload(Table):
@@ -189,7 +184,7 @@ class NamedLaws(Table):
         """
         for name, laws, what, modulus in (("opening", self.opening, "E'", E), ("slip", self.slip, "G'", G)):
             taken = sum(law.force.most_taken for law in laws)
-            if taken > MORE_THAN_ALL * modulus:
+            if taken > LIMITS.more_than_all * modulus:
                 raise ValueError(f"law.{name} takes {taken:.4g} N/m2 off {what}, which is {modulus:.4g} N/m2")
 
 
@@ -295,9 +290,10 @@ class Shaker(Table):
     def _amplifier(self) -> Shaker:
         if self.amplifier == "voltage" and "output_resistance" in self.model_fields_set:
             raise ValueError("output_resistance belongs to an amplifier that holds the current: amplifier = 'current'")
-        if self.stroke_limit and self.stop_stiffness > self.armature_mass * (2 * math.pi * HARDEST_STOP_Hz) ** 2:
+        if self.stroke_limit and self.stop_stiffness > self.armature_mass * (2 * math.pi * LIMITS.hardest_stop_Hz) ** 2:
             raise ValueError(
-                f"stop_stiffness {self.stop_stiffness:g} lets the armature bounce faster than {HARDEST_STOP_Hz:g} Hz, "
+                f"stop_stiffness {self.stop_stiffness:g} lets the armature bounce faster than "
+                f"{LIMITS.hardest_stop_Hz:g} Hz, "
                 "which the bench's steps do not resolve"
             )
         if self.amplifier == "current" and self.output_resistance < self.coil_resistance:

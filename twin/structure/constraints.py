@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from twin.structure.limits import LIMITS
 
-DEPENDENT = 1e-9
-"""Of a constraint's largest entry, what is left of one that the others contain already."""
+Array = NDArray[np.float64]
 
 
 def free_coordinates(constraints: Array) -> tuple[Array, NDArray[np.int64]]:
@@ -24,7 +23,7 @@ def free_coordinates(constraints: Array) -> tuple[Array, NDArray[np.int64]]:
         # The last of the largest: a tie's second part follows its first.
         candidates = np.abs(C[number])
         pivot = n - 1 - int(np.argmax(candidates[::-1])) if n else 0
-        if largest == 0 or candidates[pivot] <= DEPENDENT * largest:
+        if largest == 0 or candidates[pivot] <= LIMITS.constraints_dependent * largest:
             continue
         C[number] /= C[number, pivot]
         for other in range(len(C)):

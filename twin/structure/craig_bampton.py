@@ -22,6 +22,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 from recordings.errors import InputError
 from recordings.whole import whole_file
 from twin.rigs.matrix_files import PartMatrices
+from twin.structure.limits import LIMITS
 
 Matrix = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -29,21 +30,9 @@ Solve = Callable[[Matrix], Matrix]
 
 KEPT_TO = 2.25
 """Modes with the boundary held are kept to this multiple of the highest frequency of interest."""
-OFF = 1e-4
-"""Natural frequencies of the whole part may be off by so much; beyond, modes up to twice the frequency are kept."""
-ELASTIC = 1e-3
-"""Frequency, over the highest of interest, below which a motion counts as rigid."""
-RESIDUAL_TO = 10.0
-"""Residual vectors above this multiple of the highest mode kept change nothing below it."""
 SHIFT = 1e-4
 """Of the highest eigenvalue kept: makes the stiffness of a floating part regular and leaves its accuracy alone."""
-MODES_LIMIT = 600
-"""More modes than this are no reduction."""
-DENSE_ORDER = 600
-"""Up to here all modes at once cost less than an iteration."""
 BLOCK = 64
-NOISE = 1e-8
-"""Of what the modes answer at their limit; a residual that is smaller is rounding."""
 CACHE_FOLDER, CACHE_FORMAT = ".twin-cache", 2
 
 
@@ -83,17 +72,18 @@ def craig_bampton(M: csr_array, K: csr_array, boundary: Sequence[int] | Rows, *,
     ------
     ValueError
         If a row is not one of the matrices', the frequency is not above zero, the stiffness is singular beyond rigid
-        motions or not positive semidefinite, more than `MODES_LIMIT` modes would have to be kept, or the natural
+        motions or not positive semidefinite, more than `LIMITS.modes_limit` modes would have to be kept, or the natural
         frequencies of the whole part are not met.
     """
     M, K, rows = csr_array(M, dtype=float), csr_array(K, dtype=float), _rows(boundary, M.shape[0])
     for kept_to in (KEPT_TO, 2 * KEPT_TO):
         reduced = _reduced(M, K, _basis(M, K, rows, modes_to_Hz, kept_to))
         reduced = replace(reduced, error=_error(M, K, reduced, modes_to_Hz))
-        if reduced.error <= OFF:
+        if reduced.error <= LIMITS.craig_bampton_off:
             return reduced
     raise ValueError(
-        f"reduced, its natural frequencies up to {modes_to_Hz:g} Hz are off by {reduced.error:.1g}, beyond {OFF:g}"
+        f"reduced, its natural frequencies up to {modes_to_Hz:g} Hz are off by {reduced.error:.1g}, "
+        f"beyond {LIMITS.craig_bampton_off:g}"
     )
 
 
@@ -141,14 +131,14 @@ def _error(M: csr_array, K: csr_array, reduced: ReducedPart, modes_to_Hz: float)
     shift = SHIFT * limit
     Phi = _modes_below(limit, whole_M, whole_K, shift=shift, solve=_factorised(csc_array(whole_K + shift * whole_M)))
     exact = np.sort(np.einsum("ij,ij->j", Phi, whole_K @ Phi))
-    exact = exact[exact > ELASTIC**2 * limit]
+    exact = exact[exact > LIMITS.craig_bampton_elastic**2 * limit]
     held = np.diag(reduced.M) > 0  # a row without mass follows the others at once
     few_M, few_K = reduced.M[np.ix_(held, held)], reduced.K[np.ix_(held, held)]
     if not np.all(held):
         loose = reduced.K[np.ix_(~held, ~held)], reduced.K[np.ix_(~held, held)]
         few_K = few_K - loose[1].T @ np.linalg.lstsq(*loose, rcond=None)[0]
     found = 1 / eigh(few_M, few_K + shift * few_M, eigvals_only=True)[::-1] - shift
-    found = found[found > ELASTIC**2 * limit][: len(exact)]
+    found = found[found > LIMITS.craig_bampton_elastic**2 * limit][: len(exact)]
     if len(found) < len(exact):
         return np.inf
     return float(np.max(np.abs(np.sqrt(found / exact) - 1), initial=0.0))
@@ -207,7 +197,7 @@ def _residual_vectors(M: csc_array, K: csc_array, Phi: Matrix, inertia: Matrix, 
     Z = solve(inertia - M @ (Phi @ modal))
     Z -= Phi @ (Phi.T @ (M @ Z))
     size = np.sqrt(np.maximum(np.einsum("ij,ij->j", Z, M @ Z), 0.0))
-    felt = size > NOISE * np.linalg.norm(modal, axis=0) / limit
+    felt = size > LIMITS.craig_bampton_noise * np.linalg.norm(modal, axis=0) / limit
     if not np.any(felt):
         return Z[:, :0]
     Z = Z[:, felt] / size[felt]
@@ -215,7 +205,7 @@ def _residual_vectors(M: csc_array, K: csc_array, Phi: Matrix, inertia: Matrix, 
     mass, axes = eigh(Z.T @ (M @ Z))
     Z = Z @ (axes[:, mass > 1e-10] / np.sqrt(mass[mass > 1e-10]))
     values, vectors = eigh(Z.T @ (K @ Z))
-    return np.asarray(Z @ vectors[:, values <= RESIDUAL_TO**2 * limit])
+    return np.asarray(Z @ vectors[:, values <= LIMITS.residual_to**2 * limit])
 
 
 def _modes_below(limit: float, M: csc_array, K: csc_array, *, shift: float, solve: Solve) -> Matrix:
@@ -228,7 +218,7 @@ def _modes_below(limit: float, M: csc_array, K: csc_array, *, shift: float, solv
     Phi, values = np.zeros((M.shape[0], 0)), np.zeros(0)
     count = 16
     while True:
-        if len(massive) <= DENSE_ORDER or 2 * (len(values) + count) > len(massive):
+        if len(massive) <= LIMITS.dense_order or 2 * (len(values) + count) > len(massive):
             values, Phi = _all_modes(M, massive, shift, solve)
             new = values
         else:
@@ -237,8 +227,8 @@ def _modes_below(limit: float, M: csc_array, K: csc_array, *, shift: float, solv
         if np.any((new < -shift) & (new > -limit)):
             raise ValueError("the stiffness is not positive semidefinite; was it written with too few digits?")
         kept = (values >= -shift) & (values <= limit)
-        if np.count_nonzero(kept) > MODES_LIMIT:
-            raise ValueError(f"over {MODES_LIMIT} modes to keep up to {np.sqrt(limit) / (2 * np.pi):g} Hz")
+        if np.count_nonzero(kept) > LIMITS.modes_limit:
+            raise ValueError(f"over {LIMITS.modes_limit} modes to keep up to {np.sqrt(limit) / (2 * np.pi):g} Hz")
         below = (new >= -shift) & (new <= limit)
         if new is values or not np.any(below):
             break
@@ -286,7 +276,9 @@ def _all_modes(M: csc_array, massive: Rows, shift: float, solve: Solve) -> tuple
 def _digest(part: PartMatrices, boundary: Rows, modes_to_Hz: float) -> str:
     """Name of all that the basis depends on."""
     digest = hashlib.blake2b(digest_size=20)
-    digest.update(repr((CACHE_FORMAT, part.M.shape, len(boundary), float(modes_to_Hz), KEPT_TO, RESIDUAL_TO)).encode())
+    digest.update(
+        repr((CACHE_FORMAT, part.M.shape, len(boundary), float(modes_to_Hz), KEPT_TO, LIMITS.residual_to)).encode()
+    )
     for A in (part.M, part.K):
         for array, kind in ((A.indptr, np.int64), (A.indices, np.int64), (A.data, np.float64)):
             digest.update(np.ascontiguousarray(array, dtype=kind).data)
@@ -303,7 +295,11 @@ def _stored(path: Path, n: int, boundary: Rows) -> tuple[Matrix, float] | None:
             T, error = arrays["T"], float(arrays["error"])
         b = len(boundary)
         good = T.dtype == np.float64 and T.shape[0] == n and T.ndim == 2 and np.all(np.isfinite(T))
-        return (T, error) if good and error <= OFF and np.array_equal(T[boundary], np.eye(b, T.shape[1])) else None
+        return (
+            (T, error)
+            if good and error <= LIMITS.craig_bampton_off and np.array_equal(T[boundary], np.eye(b, T.shape[1]))
+            else None
+        )
     except Exception:  # numpy lets through whatever a broken file provokes
         return None
 

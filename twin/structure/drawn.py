@@ -9,6 +9,7 @@ from scipy.spatial import Delaunay
 
 from recordings.directions import AXES
 from twin.rigs import Place
+from twin.structure.limits import LIMITS
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
 
@@ -16,8 +17,6 @@ Array = NDArray[np.float64]
 
 FLAT = 1e-6
 """Spread of nodes across their longest axis, over that along it, below which they lie on a line."""
-NEAREST_m = 1e-9
-"""Points of a layer nearer than that along it are drawn as one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +109,7 @@ def layer_lines(structure: Structure) -> tuple[LayerLine, ...]:
 
 def _means(at: Array, rows: Array) -> tuple[Array, Array]:
     """Places (k,) in rising order, and the mean of the rows at each, (k, n)."""
-    cell, inverse, count = np.unique(np.round(at / NEAREST_m), return_inverse=True, return_counts=True)
+    cell, inverse, count = np.unique(np.round(at / LIMITS.drawn_nearest_m), return_inverse=True, return_counts=True)
     total = np.zeros((len(cell), rows.shape[1]))
     np.add.at(total, inverse, rows)
-    return NEAREST_m * cell, total / count[:, None]
+    return LIMITS.drawn_nearest_m * cell, total / count[:, None]

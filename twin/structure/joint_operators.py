@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.rigs import Layout, ThinLayer
+from twin.structure.limits import LIMITS
 from twin.structure.matrix_coordinates import MatrixCoordinates, node_pairs
 from twin.structure.mesh import BeamMesh, LayerMesh
 from twin.structure.structure import JointOperators
@@ -15,9 +16,6 @@ from twin.structure.thin_layer import ThinLayerElement, space_thin_layer, thin_l
 
 Matrix = NDArray[np.float64]
 Mesh = BeamMesh | MatrixCoordinates
-
-NOTHING = 1e-12
-"""Of the largest row, one that is all zero: a direction in which neither part moves."""
 
 
 def joint_operators(
@@ -121,7 +119,7 @@ def _of_pairs(
             shear_of.append(n)
             direction.append(number)
     B_G, order, directions = np.array(shear), np.array(shear_of), np.array(direction, np.int64)
-    moves = np.max(np.abs(B_G), axis=1) > NOTHING * np.max(np.abs(B_G), initial=1.0)
+    moves = np.max(np.abs(B_G), axis=1) > LIMITS.joint_operators_nothing * np.max(np.abs(B_G), initial=1.0)
     kept = moves if moves.any() else np.ones(len(B_G), bool)
     reach = float(np.ptp(at)) or 1.0
     return JointOperators(

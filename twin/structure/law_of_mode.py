@@ -6,18 +6,15 @@ knot of the softening, the largest slip one of the loss, and points that move le
 
 import numpy as np
 
+from twin.structure.limits import LIMITS
 from twin.structure.mode_law import TINY, TOLERANCE, TURNS, Complex, ComplexMode, Function, LayerModes, Matrix
-from twin.structure.point_law import Curve, PointLaw
+from twin.structure.point_law import Curve, LayerPointLaw
 
-RELAXATION = 0.6
-"""Share of the points' change of motion that a turn takes: the whole swings where a little loss hinders much slip."""
 SETTLED, CLOSEST = 1e-7, 1e-9
 """Relative change of the points' motion at which it is found, and the least growth from a knot to the next."""
-SATURATED = 0.25
-"""Below this damping by more loss modulus, over that in a layer that hardly loses, its share stays what it was."""
 
 
-def layer_law_of_mode(modes: LayerModes, softening: Function, loss: Function, amplitude_m: Matrix) -> PointLaw:
+def layer_law_of_mode(modes: LayerModes, softening: Function, loss: Function, amplitude_m: Matrix) -> LayerPointLaw:
     """The law of the points that acts on the first mode as uniform moduli of a sensor's amplitude do.
 
     Parameters
@@ -78,10 +75,10 @@ class _Known:
             knots.append(largest)
             values.append(float(value))
 
-    def law(self) -> PointLaw:
+    def law(self) -> LayerPointLaw:
         """All of it."""
         curves = (Curve(np.array(k), np.array(v)) for k, v in zip(self.knots, self.values, strict=True))
-        return PointLaw(*curves)
+        return LayerPointLaw(*curves)
 
 
 def _next_knot(
@@ -98,7 +95,7 @@ def _next_knot(
         by_points = modes.by_moduli(mode)
         by = np.array([np.sum((by_points * growth)[half]) for half in known.halves])
         damps = by[1].imag / np.sum((linear * np.abs(growth))[known.halves[1]])
-        free = [0] if damps < SATURATED else [0, 1]
+        free = [0] if damps < LIMITS.law_of_mode_saturated else [0, 1]
         miss = np.array([meant.real - mode.value.real, meant.imag - mode.value.imag])[free]
         settled = np.max(np.abs(change)) <= SETTLED * np.max(motion)
         if settled and np.max(np.abs(miss)) < TOLERANCE * abs(meant):
@@ -106,7 +103,7 @@ def _next_knot(
         both = np.array([by.real, by.imag])[free][:, free]
         own = own.copy()
         own[free] += np.linalg.solve(both, miss)
-        motion = motion + RELAXATION * change
+        motion = motion + LIMITS.law_of_mode_relaxation * change
     raise ValueError(
         f"joint.law: no law of the layer's points gives the first mode its frequency and damping at {X:.3g} m"
     )

@@ -13,24 +13,12 @@ from twin.rigs import LawOfRig, LawTable, LayerLawTable, NamedLaws, PointLaw, Ri
 from twin.structure.assembly import assemble
 from twin.structure.law_of_mode import layer_law_of_mode
 from twin.structure.layer_points import layer_points
+from twin.structure.limits import LIMITS
 from twin.structure.mode_law import LayerModes
 from twin.structure.own_harmonics import with_own_harmonics
 from twin.structure.point_law import Curve
 
 Array = NDArray[Any]
-
-FINER = 2
-"""Elements of the structure over the file's: the law is the joint's and no mesh's."""
-AMPLITUDES = 100
-"""At which functions of a sensor's amplitude are translated, beside their own knots."""
-MOST_KNOTS = 200
-"""Of a table in a rig file."""
-BELOW, BEYOND, REACH_m = 1e-3, 30.0, (1e-7, 1e-5)
-"""Knots of laws by name: from a share of their smallest length to a multiple of the largest; where they have none."""
-FORGIVEN = 1e-3
-"""Part of a law that a table has no place for and that it may leave out, over the part that it has."""
-SMALLEST, NEAREST = 1e-3, 4e-3
-"""Of them over the largest; and the least distance between two, over their amplitude."""
 
 
 def layer_table(rig: Rig, *, E: float, G: float, joint: int = 0) -> LayerLawTable | None:
@@ -72,7 +60,7 @@ def _tabulated(laws: NamedLaws) -> LayerLawTable:
         (over_opening.real, over_opening.imag, "loses as the layer opens"),
         (over_slip.imag, over_slip.real, "changes the stiffness as the layer slips"),
     ):
-        if np.max(np.abs(left)) > FORGIVEN * np.max(np.abs(kept)):
+        if np.max(np.abs(left)) > LIMITS.law_table_forgiven * np.max(np.abs(kept)):
             raise ValueError(
                 f"joint.law: it {does}, and predictions know softening over the opening and loss over the slip "
                 "alone; a rehearsal draws all branches of such a law, and identification finds what they see of it"
@@ -88,11 +76,11 @@ def _tabulated(laws: NamedLaws) -> LayerLawTable:
 def _of_steel(E: float) -> LayerLawTable:
     """The steel rig's law at a layer's normal modulus."""
     softening, loss = steel_softening(E), steel_loss(E)
-    opening_m = np.geomspace(BELOW, BEYOND, MOST_KNOTS) * softening.e0
-    slip_m = np.geomspace(BELOW, 1.0, MOST_KNOTS) * loss.limit_m
+    opening_m = np.geomspace(LIMITS.law_table_below, LIMITS.law_table_beyond, LIMITS.most_knots) * softening.e0
+    slip_m = np.geomspace(LIMITS.law_table_below, 1.0, LIMITS.most_knots) * loss.limit_m
     return LayerLawTable(
         opening_m=opening_m.tolist(),
-        softening=(-softening.stiffness(opening_m).real).tolist(),
+        softening=(-softening.describing_function(opening_m).real).tolist(),
         slip_m=slip_m.tolist(),
         loss=loss.modulus(slip_m).tolist(),
     )
@@ -100,10 +88,12 @@ def _of_steel(E: float) -> LayerLawTable:
 
 def _described(laws: Sequence[PointLaw]) -> tuple[Array, Array]:
     """Amplitudes over which laws change, and what they add to the modulus there."""
-    reaches = [reach for law in laws if (reach := law.reach_m)[1]] or [REACH_m]
+    reaches = [reach for law in laws if (reach := law.reach_m)[1]] or [LIMITS.law_table_reach_m]
     low, high = min(low for low, _ in reaches), max(high for _, high in reaches)
-    amplitude = np.geomspace(BELOW * low, BEYOND * high, MOST_KNOTS)
-    return amplitude, sum((law.force.stiffness(amplitude) for law in laws), np.zeros(MOST_KNOTS, complex))
+    amplitude = np.geomspace(LIMITS.law_table_below * low, LIMITS.law_table_beyond * high, LIMITS.most_knots)
+    return amplitude, sum(
+        (law.force.describing_function(amplitude) for law in laws), np.zeros(LIMITS.most_knots, complex)
+    )
 
 
 @dataclass(frozen=True)
@@ -120,7 +110,9 @@ def _translated(file: _RigFile, E: float, G: float) -> LayerLawTable:
     table = joint.law
     assert isinstance(table, LawTable)
     elements = sum(beam.elements for beam in rig.layout().beams)
-    finer = rig.layout(beam_elements=FINER * elements, layer_elements=FINER * joint.layer_elements)
+    finer = rig.layout(
+        beam_elements=LIMITS.law_table_finer * elements, layer_elements=LIMITS.law_table_finer * joint.layer_elements
+    )
     structure = assemble(rig, layout=finer)
     points = layer_points(structure, joint.layer_elements)
     modes = LayerModes.of(structure, points, E=E, G=G, sensor=structure.row(rig.place_of(table.channel)))
@@ -141,14 +133,14 @@ def _translated(file: _RigFile, E: float, G: float) -> LayerLawTable:
 
 def _amplitudes(knots: Array) -> Array:
     """X to translate at: the table's own, and more between them: opening and slip are no straight functions of X."""
-    count = min(AMPLITUDES, MOST_KNOTS - len(knots))
+    count = min(LIMITS.law_table_amplitudes, LIMITS.most_knots - len(knots))
     if count <= 0:
         return knots
     first, last = knots[0], knots[-1]
     # Half of them evenly over the amplitude, half over its logarithm.
     even = np.linspace(first, last, count // 2)
     kept = list(knots)
-    for X in (*even, *np.geomspace(max(first, SMALLEST * last), last, count - len(even))):
-        if np.min(np.abs(np.array(kept) - X)) > NEAREST * X:
+    for X in (*even, *np.geomspace(max(first, LIMITS.law_table_smallest * last), last, count - len(even))):
+        if np.min(np.abs(np.array(kept) - X)) > LIMITS.law_table_nearest * X:
             kept.append(X)
     return np.sort(kept)

@@ -11,13 +11,12 @@ from recordings.errors import InputError
 from twin.rigs import Layout, MatricesPart, Rig
 from twin.rigs.matrix_files import NodePairs, PartMatrices, part_matrices, read_pairs
 from twin.structure.craig_bampton import ReducedPart, cached_craig_bampton
+from twin.structure.limits import LIMITS
 from twin.structure.node_field import NodeField
 
 Array = NDArray[np.float64]
 
 AXES = ("x", "y", "z")
-ROUNDING = 1e-9
-"""Errors of a natural frequency that are told at least: below, the solution of the whole is no better."""
 TRANSLATIONS_AND_ROTATIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -67,7 +66,7 @@ class MatrixCoordinates:
         whole, few = self.reduced.T.shape
         return (
             f"{whole} degrees of freedom in {few}; natural frequencies up to {self.part.modes_to_Hz:g} Hz are those of "
-            f"the whole within {max(self.reduced.error, ROUNDING):.0e}"
+            f"the whole within {max(self.reduced.error, LIMITS.matrix_coordinates_rounding):.0e}"
         )
 
     @cached_property

@@ -8,20 +8,11 @@ from numpy.typing import NDArray
 
 from twin.rigs import BeamPart, Layout, ThinLayer
 from twin.structure.beam import deflection_shape, rotation_rate_shape, slope_shape
+from twin.structure.limits import LIMITS
 from twin.structure.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS
 
 Array = NDArray[np.float64]
 
-SAME = 1e-4
-"""Of the shortest beam: nodes nearer than this are one.
-
-An element so short is so stiff that rounding in it drowns the whole structure's stiffness, and places in a rig file are
-rounded: the end of an inclined beam, say.
-"""
-SAME_OF_LAYER = 0.25
-"""The same of the shortest element of a layer."""
-BEYOND_m = 1e-6
-"""By so much a place may lie beyond an end; it is at the end then."""
 PLANE_DOFS, SPACE_DOFS = ("x", "y", "rz"), ("x", "y", "z", "rx", "ry", "rz")
 """Of a plane beam's node, and of one of a beam in space."""
 
@@ -78,7 +69,7 @@ class BeamMesh:
     def node_dofs(self, s: float) -> NDArray[np.int64]:
         """Degrees of freedom of the node at `s`; ValueError where there is none."""
         node = int(np.argmin(np.abs(self.s - s)))
-        if abs(self.s[node] - s) > max(self.near, BEYOND_m):
+        if abs(self.s[node] - s) > max(self.near, LIMITS.mesh_beyond_m):
             raise ValueError(f"no node of {self.part.name!r} at {s} m")
         return self.first + len(self.dofs) * node + np.arange(len(self.dofs))
 
@@ -110,7 +101,7 @@ class BeamMesh:
         return np.tile(at_node, len(self.s))
 
     def _row(self, s: float, shapes) -> tuple[NDArray[np.int64], Array]:  # type: ignore[no-untyped-def]
-        if not -BEYOND_m <= s <= self.s[-1] + BEYOND_m:
+        if not -LIMITS.mesh_beyond_m <= s <= self.s[-1] + LIMITS.mesh_beyond_m:
             raise ValueError(f"{s} m is not on {self.part.name!r}")
         s = min(max(s, 0.0), self.s[-1])
         e = int(np.clip(np.searchsorted(self.s, s) - 1, 0, len(self.s) - 2))
@@ -216,9 +207,11 @@ def _single_nodes(layout: Layout) -> dict[str, Array]:
 
 def _near(layout: Layout) -> float:
     """How near nodes may be to each other, m."""
-    beams = [SAME * beam.length for beam in layout.beams]
+    beams = [LIMITS.mesh_same * beam.length for beam in layout.beams]
     layers = [
-        SAME_OF_LAYER * (j.to - j.begin) / j.layer_elements for j in layout.joints if j.begin is not None and j.to
+        LIMITS.same_of_layer * (j.to - j.begin) / j.layer_elements
+        for j in layout.joints
+        if j.begin is not None and j.to
     ]
     return min([*beams, *layers], default=0.0)
 

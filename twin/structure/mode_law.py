@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.linalg import qr, solve
 
 from twin.structure.layer_points import LayerPoints
+from twin.structure.limits import LIMITS
 from twin.structure.modes import normal_modes, rigid_motions
 from twin.structure.structure import Structure
 
@@ -28,15 +29,7 @@ Matrix = NDArray[np.float64]
 Complex = NDArray[Any]
 Function = Callable[[Matrix], Matrix]
 
-INDEPENDENT = 1e-6
-"""Least part of a static shape that is none of the others'."""
 TURNS, TOLERANCE = 80, 1e-10
-LONGEST = 0.7
-"""Largest change of a log amplitude in one turn."""
-LEAST_SHARE = 1e-3
-"""Share of a Newton step that must bring the answer nearer, or there is none."""
-DIFFERENCE = 1e-5
-"""Relative step of amplitude for the slope of a law."""
 TINY = 1e-300
 
 
@@ -88,7 +81,10 @@ class LayerModes:
         statics -= modes.Phi @ (modes.Phi.T @ (structure.M @ statics))
         basis = qr(statics / np.linalg.norm(statics, axis=0), mode="economic", pivoting=True)
         V = np.hstack(
-            [modes.Phi[:, rigid:], basis[0][:, np.abs(np.diag(basis[1])) > INDEPENDENT * abs(basis[1][0, 0])]]
+            [
+                modes.Phi[:, rigid:],
+                basis[0][:, np.abs(np.diag(basis[1])) > LIMITS.mode_law_independent * abs(basis[1][0, 0])],
+            ]
         )
         # In modes of the reduced structure, and from factors: mode 1 feels a minute part of the layer's stiffness.
         own = normal_modes(V.T @ structure.M @ V, V.T @ K @ V)
@@ -255,8 +251,8 @@ def _balanced(
     for _ in range(TURNS):
         a = np.exp(trial)
         k = _moduli(softening, loss, a, p)
-        up, down = (_moduli(softening, loss, a * (1 + side * DIFFERENCE), p) for side in (1, -1))
-        slope = (up - down) / (2 * DIFFERENCE)
+        up, down = (_moduli(softening, loss, a * (1 + side * LIMITS.mode_law_difference), p) for side in (1, -1))
+        slope = (up - down) / (2 * LIMITS.mode_law_difference)
         found = modes.local(k, mode)
         gap = np.log(np.maximum(X * modes.amplitude_per_X(found, number), TINY)) - trial
         if np.max(np.abs(gap)) < worst or share < 1 / 64:
@@ -267,7 +263,7 @@ def _balanced(
             step = np.linalg.solve(np.eye(2 * p) - (follow * slope).real, gap)
         else:
             share /= 4
-        trial = log_a + share * np.clip(step, -LONGEST, LONGEST)
+        trial = log_a + share * np.clip(step, -LIMITS.mode_law_longest, LIMITS.mode_law_longest)
     return mode, np.exp(log_a), growth
 
 
@@ -295,7 +291,7 @@ def _uniform_moduli(
             if closest < TOLERANCE * abs(meant):
                 return own, mode, by_value
             step = np.asarray(np.linalg.solve(by_value, [miss.real, miss.imag]))
-        elif share < LEAST_SHARE:
+        elif share < LIMITS.least_share:
             break
         else:
             share /= 2

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from twin.structure.limits import LIMITS
+
 MOST_RIGID = 6
-RIGID = 1e-4
-"""Natural frequency of a rigid motion at most, over that of the lowest that must be elastic."""
 
 
 Matrix = NDArray[np.float64]
@@ -40,7 +40,7 @@ def normal_modes(M: Matrix, K: Matrix, count: int | None = None) -> Modes:
 def rigid_motions(omega: Matrix) -> int:
     """How many of rising natural frequencies are those of motions that nothing holds: six at most, of one body."""
     elastic = omega[min(MOST_RIGID, len(omega) - 1)]
-    return int(np.count_nonzero(omega[:MOST_RIGID] < RIGID * elastic))
+    return int(np.count_nonzero(omega[:MOST_RIGID] < LIMITS.modes_rigid * elastic))
 
 
 def shifted_modes(M: Matrix, K: Matrix, count: int, *, shift: float) -> Modes:

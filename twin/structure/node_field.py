@@ -13,15 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
+from twin.structure.limits import LIMITS
+
 Array = NDArray[np.float64]
-
-THIN = 0.08
-"""Extent over the largest below which a part counts as thin in that direction, and is searched across it no more."""
-APART = 1e-6
-"""Of the largest extent: nodes nearer than that along the field are one above the other."""
-
-ACROSS = 1e-6
-"""What a unit vector may lack of its length in the directions in which nodes move."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,18 +47,18 @@ class NodeField:
         axes = axes * np.where(axes[np.arange(len(axes)), np.argmax(np.abs(axes), axis=1)] < 0, -1.0, 1.0)[:, None]
         along = centred @ axes.T
         extent = np.ptp(along, axis=0)
-        wide = extent > THIN * extent.max()
+        wide = extent > LIMITS.node_field_thin * extent.max()
         field = along[:, wide] - along[:, wide].min(axis=0)
         kept = np.arange(len(nodes))
         if not wide.all():
             height = along[:, ~wide].sum(axis=1)
-            cell = np.round(field / (APART * extent.max())).astype(np.int64)
+            cell = np.round(field / (LIMITS.node_field_apart * extent.max())).astype(np.int64)
             order = np.lexsort((-height, *cell.T))
             first = np.any(np.diff(cell[order], axis=0, prepend=cell[order][:1] - 1) != 0, axis=1)
             kept = np.sort(order[first])
         thin = np.flatnonzero(~wide)
         directions = axes[thin] if len(thin) == 1 else np.eye(3)[list(moving)]
-        if np.linalg.norm(directions[0] * moving) < 1 - ACROSS:
+        if np.linalg.norm(directions[0] * moving) < 1 - LIMITS.node_field_across:
             directions = np.eye(3)[list(moving)]
         across = tuple((float(x), float(y), float(z)) for x, y, z in directions)
         return NodeField(nodes[kept], field[kept], across)
@@ -116,6 +110,9 @@ class NodeField:
 
     def within(self, position_m: Array, std_m: Array, quantile: float) -> tuple[int, ...]:
         """Numbers of the nodes inside the ellipsoid of this quantile of chi2 about a position; at least the nearest."""
-        distance = np.sum(((self.coordinates - position_m) / np.maximum(std_m, APART * self.extent.max())) ** 2, axis=1)
+        distance = np.sum(
+            ((self.coordinates - position_m) / np.maximum(std_m, LIMITS.node_field_apart * self.extent.max())) ** 2,
+            axis=1,
+        )
         inside = {int(node) for node in self.nodes[distance <= quantile]} | {self.nearest(position_m)}
         return tuple(sorted(inside))

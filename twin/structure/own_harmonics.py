@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from twin.joint import ForceTable, table_from_stiffness
+from twin.structure.limits import LIMITS
 from twin.structure.mode_law import LayerModes, mode_functions
-from twin.structure.point_law import Curve, PointLaw
+from twin.structure.point_law import Curve, LayerPointLaw
 
 Array = NDArray[Any]
 
@@ -23,13 +24,9 @@ ORDERS = np.array([3, 5, 7])
 SAMPLES = 128
 AMPLITUDES = 40
 TURNS, INNER_TURNS, TOLERANCE = 12, 80, 1e-6
-RUN_OUT = 0.1
-"""Share of the last knot's opening over which the softening levels off beyond it."""
-RELAXATION = 0.6
-"""Share of what is missed that a turn corrects: the whole swings where the layer has hardly any stiffness left."""
 
 
-def with_own_harmonics(modes: LayerModes, law: PointLaw, largest_m: float) -> PointLaw:
+def with_own_harmonics(modes: LayerModes, law: LayerPointLaw, largest_m: float) -> LayerPointLaw:
     """The law to tabulate so that the points act with the softening of `law` in the first mode.
 
     Parameters
@@ -53,13 +50,13 @@ def with_own_harmonics(modes: LayerModes, law: PointLaw, largest_m: float) -> Po
         if not missed < least:
             break
         best, least = table, missed
-        correction = correction + RELAXATION * miss
+        correction = correction + LIMITS.own_harmonics_relaxation * miss
         more = PchipInterpolator([0.0, *a], [0.0, *correction])(np.clip(meant.knots, 0.0, a[-1]))
         table = Curve(meant.knots, meant.values + more)
-    return PointLaw(best, law.loss)
+    return LayerPointLaw(best, law.loss)
 
 
-def _surroundings(modes: LayerModes, law: PointLaw, X: Array) -> tuple[Array, Array]:
+def _surroundings(modes: LayerModes, law: LayerPointLaw, X: Array) -> tuple[Array, Array]:
     """Complex openings (x, p) in the first mode, m, and receptances (x, h, p, p) among them at its harmonics."""
     p, found = modes.points, mode_functions(modes, law.softening, law.loss, X)
     motion, compliance = np.zeros((len(X), p), complex), np.zeros((len(X), len(ORDERS), p, p), complex)
@@ -84,11 +81,11 @@ def _acting(table: Curve, motion: Array, secant: Array, weights: Array, complian
     for _ in range(INNER_TURNS):
         opening = sine + (o @ back).real
         # Most of the force is linear in the opening and in the receptances already; the rest is soon in balance.
-        rest = (force.path(opening) + secant[:, :, None] * opening) * weights[:, None]
-        before, o = o, o + RELAXATION * (-np.einsum("xhpq,xqh->xph", compliance, rest @ onto) - o)
+        rest = (force.force_history(opening) + secant[:, :, None] * opening) * weights[:, None]
+        before, o = o, o + LIMITS.own_harmonics_relaxation * (-np.einsum("xhpq,xqh->xph", compliance, rest @ onto) - o)
         if np.max(np.abs(o - before)) < TOLERANCE * np.max(np.abs(motion)):
             break
-    first = force.path(sine + (o @ back).real) @ np.exp(-1j * theta) * 2 / SAMPLES
+    first = force.force_history(sine + (o @ back).real) @ np.exp(-1j * theta) * 2 / SAMPLES
     return np.asarray(-(first / motion).real)
 
 
@@ -97,7 +94,7 @@ def _force(table: Curve, limit_m: float) -> ForceTable:
 
     A corner there would be met by the harmonics of a sine that hardly reaches it.
     """
-    last, run_out = table.knots[-1], RUN_OUT * table.knots[-1]
+    last, run_out = table.knots[-1], LIMITS.run_out * table.knots[-1]
     steep = float(table.by_log(last)) / last
 
     def left(x: Array) -> Array:

@@ -38,7 +38,7 @@ class Curve:
 
 
 @dataclass(frozen=True, eq=False)
-class PointLaw:
+class LayerPointLaw:
     """What a point's opening (m) takes off E', and what its slip (m) adds to G' as a loss modulus, N/m2."""
 
     softening: Curve

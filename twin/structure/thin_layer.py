@@ -15,10 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.structure.beam import deflection_shape, gauss, slope_shape
+from twin.structure.limits import LIMITS
 from twin.structure.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS, TWIST
-
-NORMAL_POINTS, SHEAR_POINTS = 4, 3
-"""Gauss points that integrate the squares of a cubic opening and of a quadratic slip exactly."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +54,7 @@ def thin_layer(
     """Build one element; all lengths in metres."""
     v, du = [1, 2, 4, 5], [0, 3]
     normal_rows, normal_weights = [], []
-    for xi, weight in zip(*gauss(NORMAL_POINTS), strict=True):
+    for xi, weight in zip(*gauss(LIMITS.normal_points), strict=True):
         factor = np.sqrt(weight * length * width / height)
         row = np.zeros(12)
         row[v] = -deflection_shape(xi, length)
@@ -64,7 +62,7 @@ def thin_layer(
         normal_rows.append(factor * row)
         normal_weights.append(factor)
     shear_rows, shear_weights = [], []
-    for xi, weight in zip(*gauss(SHEAR_POINTS), strict=True):
+    for xi, weight in zip(*gauss(LIMITS.shear_points), strict=True):
         factor = np.sqrt(weight * length * width / height)
         row = np.zeros(12)
         row[du] = [-(1 - xi), -xi]
@@ -78,8 +76,8 @@ def thin_layer(
         np.array(shear_rows),
         np.array(normal_weights),
         np.array(shear_weights),
-        gauss(NORMAL_POINTS)[0],
-        gauss(SHEAR_POINTS)[0],
+        gauss(LIMITS.normal_points)[0],
+        gauss(LIMITS.shear_points)[0],
     )
 
 
@@ -92,7 +90,7 @@ def space_thin_layer(
     :mod:`twin.structure.space_beam`.  B_E is (8, 24), B_G (16, 24).
     """
     opening, slip, weights, at = [], [], [], []
-    for xi, weight in zip(*gauss(NORMAL_POINTS), strict=True):
+    for xi, weight in zip(*gauss(LIMITS.normal_points), strict=True):
         for across in (-width / np.sqrt(12), width / np.sqrt(12)):
             top = _surface_motion(xi, length, height=-top_thickness / 2, across=across)
             bottom = _surface_motion(xi, length, height=bottom_thickness / 2, across=across)

@@ -1,14 +1,14 @@
 """Numbers behind the pictures: receptances of steps, laws with their uncertainty, broadband responses."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.quantities import is_motion, is_response
 from recordings.run import Run
+from twin.arrays import Array
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.baseline_parameters import BaselineParameters
@@ -22,8 +22,6 @@ from twin.structure import DrawnPart, Structure, drawn_places, layer_points
 from twin.structure.mode_law import LayerModes, mode_functions
 from twin.structure.modelled_rig import ModelledRig
 from twin.views.receptance import per_force
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,6 +152,9 @@ class Swept(Protocol):
     @property
     def frequency_Hz(self) -> Array:
         """Of its steps."""
+
+
+AnySweep = TypeVar("AnySweep", bound=Swept)
 
 
 class Fitted(Protocol):
@@ -296,11 +297,16 @@ def parted(sweep: SteppedSweep) -> list[SteppedSweep]:
     ]
 
 
-def resonance_names(sweeps: Sequence[Swept], groups: Sequence[Sequence[int]]) -> list[str]:
-    """The middle frequency of each group, such as ``155 Hz``; nothing to say of a single one."""
-    if len(groups) == 1:
-        return [""]
-    return [f"{np.median(np.concatenate([sweeps[i].frequency_Hz for i in group])):.3g} Hz" for group in groups]
+def each_resonance(sweeps: Sequence[AnySweep]) -> Iterator[tuple[str, str, list[AnySweep]]]:
+    """The sweeps about each resonance behind what tells it apart: a path such as ``/1`` and a name such as ``155 Hz``.
+
+    Both are empty where there is but one.
+    """
+    groups = about_each_resonance(sweeps) if sweeps else []
+    for number, group in enumerate(groups, 1):
+        about = [sweeps[i] for i in group]
+        name = f"{np.median(np.concatenate([sweep.frequency_Hz for sweep in about])):.3g} Hz"
+        yield (f"/{number}", name, about) if len(groups) > 1 else ("", "", about)
 
 
 def modelled_by(evidence: MeasuredData, model: Fitted) -> ModelledRig:

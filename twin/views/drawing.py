@@ -1,13 +1,19 @@
-"""The figure that all pictures are drawn on."""
+"""The figure that all pictures are drawn on, and what they have in common: axes, legends, bands."""
 
 import io
+from collections.abc import Sequence
 from typing import Any
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.text import Text
-from matplotlib.ticker import FixedFormatter, FuncFormatter
+from matplotlib.ticker import FixedFormatter, FuncFormatter, LogLocator, MaxNLocator
 
 from recordings.errors import printable
+from twin.arrays import Array
+
+WIDTH_IN = 9.0
 
 
 class Drawing(Figure):
@@ -35,3 +41,52 @@ class Drawing(Figure):
         buffer = io.BytesIO()
         self.savefig(buffer, format="png", dpi=100, facecolor="white")
         return buffer.getvalue()
+
+
+def panels(rows: int, columns: int, *, height_in: float, **options: Any) -> tuple[Figure, Array]:
+    """A figure as wide as a report, and its axes (rows, columns); `options` as for matplotlib's ``subplots``."""
+    figure = Drawing(figsize=(WIDTH_IN, height_in), layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False, **options)
+
+
+def dressed(axes: Axes, **labels: Any) -> None:
+    """Give axes their labels, as matplotlib's ``set`` takes them, and then the look that all figures share."""
+    axes.set(**labels)
+    axes.grid(color="#dddddd", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(labelsize=9)
+    axes.title.set_fontsize(10)
+    axes.minorticks_off()
+    if axes.get_xscale() == "linear":
+        axes.xaxis.set_major_locator(MaxNLocator(6))
+
+
+def draw_band(axes: Axes, x: Array, value: Array, std: Array, *, colour: str, **style: Any) -> None:
+    """A curve with one standard deviation to either side."""
+    axes.fill_between(x, value - std, value + std, color=colour, alpha=0.22, linewidth=0)
+    axes.plot(x, value, color=colour, **style)
+
+
+def log_ticks(axes: Axes) -> None:
+    """Round numbers along a logarithmic horizontal axis."""
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.xaxis.set_major_formatter("{x:g}")
+
+
+def legend(figure: Figure, entries: Sequence[Any] = (), *, columns: int = 7) -> None:
+    """One legend for all axes, above them: what is labelled in them, each label once, and further entries."""
+    labelled = [handle for axes in figure.axes for handle in axes.get_legend_handles_labels()[0]]
+    once: dict[str, Any] = {}
+    for handle in [*labelled, *entries]:
+        once.setdefault(str(handle.get_label()), handle)
+    figure.legend(
+        handles=list(once.values()), loc="outside upper center", ncols=min(columns, len(once)), frameon=False,
+        fontsize=9,
+    )  # fmt: skip
+
+
+def entry(label: str, colour: str, **style: Any) -> Line2D:
+    """An entry of a legend that is no curve's own."""
+    return Line2D([], [], color=colour, label=label, **style)

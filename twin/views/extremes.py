@@ -1,11 +1,8 @@
 """Long signals by their extremes: of each short stretch the least and the greatest, so that no peak is lost."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[Any]
+from twin.arrays import Array
 
 
 def extremes(values: Array, stretch: int) -> tuple[Array, Array]:

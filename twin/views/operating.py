@@ -2,11 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.diagnose.comparison import SweepComparison
 from twin.identify.forward_model import ForwardModel
 from twin.identify.linear_model import LinearParameters
@@ -17,8 +16,6 @@ from twin.identify.structural_modification import update_receptance
 from twin.identify.sweeps import rows_by_sweep
 from twin.structure import drawn_parts, layer_lines
 from twin.views.curves import Fitted, modelled_by, sensor_places
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,15 +1,14 @@
 """What a response channel reads per force, in the units of the pictures: displacement in mm, strain in µm/m."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.quantities import is_motion, is_response, quantity
 from recordings.run import Channel
-
-Array = NDArray[Any]
+from twin.arrays import Array
+from twin.views.style import unit_text
 
 
 def per_force(response: Array, name: str, frequency_Hz: Array) -> Array:
@@ -26,10 +25,26 @@ def per_force_label(channel: str, name: str) -> str:
     return f"{what}, {measured.pictured}/N"
 
 
+def response_label(channel: str, unit: str, force: str = "force") -> str:
+    """Of an axis: ``|acc1 / force|, m/s²/N``."""
+    return f"|{channel} / {force}|, {unit_text(unit)}/N"
+
+
 def reading_label(channel: str, name: str) -> str:
     """Of an axis: ``displacement at acc1, mm``."""
     measured = quantity(name)
     return f"{measured.reads} at {channel}, {measured.pictured}"
+
+
+def branch_curves(branches: Iterable[Mapping[str, Any]], channel: Channel) -> list[tuple[float, Array, Array]]:
+    """A rehearsal's predicted curves at one channel: force, N, frequencies, Hz, and what is read per force."""
+    found = []
+    for branch in branches:
+        if channel.name in branch["response"]:
+            frequency_Hz = np.array(branch["frequency_Hz"], float)
+            response = np.array(branch["response"][channel.name]["amplitude"], float) / branch["force_N"]
+            found.append((branch["force_N"], frequency_Hz, per_force(response, channel.quantity, frequency_Hz)))
+    return found
 
 
 def farthest_response(channels: Iterable[Channel]) -> Channel | None:

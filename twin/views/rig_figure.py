@@ -6,19 +6,16 @@ from typing import Any
 import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.measured_data import MeasuredData
 from twin.rigs import Place
 from twin.structure import DrawnPart, drawn_parts, point_of
 from twin.structure.modelled_rig import ModelledRig
 from twin.views.curves import Fitted, modelled_by, sensor_places
-from twin.views.figures import WIDTH_IN, Drawing, legend
+from twin.views.drawing import WIDTH_IN, Drawing, legend
 from twin.views.style import level_colour
-
-Array = NDArray[Any]
 
 JOINT, DRIVE, SENSOR, SUPPORT = "#d55e00", "#cc79a7", "#009e73", "#5f5f5f"
 MODES = 4
@@ -34,28 +31,25 @@ def rig_figure(modelled: ModelledRig) -> Figure:
     options = {} if flat else {"projection": "3d"}
     axes = figure.add_subplot(grid[0, :], **options)
     for number, part in enumerate(parts):
-        _draw(axes, part.points, part.edges, level_colour(number), flat=flat, width=2.5)
+        _draw(axes, part.points, part.edges, level_colour(number), flat=flat, width=2.5, label=part.name)
     for joint in structure.joints:
-        scatter(axes, joint.points, JOINT, "o", 26, flat=flat)
+        scatter(axes, joint.points, JOINT, "o", 26, flat=flat, label="joint")
     for support in structure.layout.supports:
-        from_place = point_of(structure, _at(support.part, support.at))
-        scatter(axes, from_place[None], SUPPORT, "^", 110, flat=flat)
-    size = extent(parts)
-    for place, colour in _looked_at(modelled):
+        held = point_of(structure, Place(support.part, support.at, (0.0, 1.0, 0.0)))
+        scatter(axes, held[None], SUPPORT, "^", 110, flat=flat, label="support")
+    size, rig = extent(parts), modelled.rig
+    looked_at = [(place, DRIVE, "drive") for place in rig.drives.values()]
+    looked_at += [(rig.place_of(sensor.channel), SENSOR, "sensor") for sensor in rig.response_sensors]
+    for place, colour, name in looked_at:
         start, arrow = point_of(structure, place), unit_arrow(place.direction, 0.08 * size)
         _draw(axes, np.array([start, start + arrow]), np.array([[0, 1]]), colour, flat=flat, width=2.0)
-        scatter(axes, start[None], colour, "s", 30, flat=flat)
-    axes.set_title(f"{modelled.rig.name}: {modelled.rig.sentence}", fontsize=10)
+        scatter(axes, start[None], colour, "s", 30, flat=flat, label=name)
+    axes.set_title(f"{rig.name}: {rig.sentence}", fontsize=10)
     _frame(axes, parts, flat=flat)
     for number in range(min(MODES, modelled.modes.Phi.shape[1])):
         below = figure.add_subplot(grid[1 + number // 2, number % 2], **options)
         _draw_mode(below, modelled, number, parts, None, flat=flat)
-    entries = _entries(parts)
-    for name, colour, mark in (("joint", JOINT, "o"), ("drive", DRIVE, "s"), ("sensor", SENSOR, "s")):
-        entries.append(Line2D([], [], color=colour, marker=mark, linestyle="none", label=name))
-    if structure.layout.supports:
-        entries.append(Line2D([], [], color=SUPPORT, marker="^", linestyle="none", label="support"))
-    legend(figure, entries, columns=min(len(entries), 8))
+    legend(figure, columns=8)
     return figure
 
 
@@ -71,8 +65,7 @@ def modes_figure(evidence: MeasuredData, model: Fitted) -> Figure:
     for number in range(count):
         axes = figure.add_subplot(rows, 2, number + 1, **({} if flat else {"projection": "3d"}))
         _draw_mode(axes, modelled, number, parts, marked, flat=flat)
-    sensor = Line2D([], [], color=SENSOR, marker="s", linestyle="none", label="sensors")
-    legend(figure, [*_entries(parts), sensor])
+    legend(figure)
     return figure
 
 
@@ -98,10 +91,6 @@ def _flat(parts: Sequence[DrawnPart]) -> bool:
     return not any(np.any(part.points[:, 2]) or np.any(part.rows[2]) for part in parts)
 
 
-def _entries(parts: Sequence[DrawnPart]) -> list[Line2D]:
-    return [Line2D([], [], color=level_colour(n), linewidth=2.5, label=part.name) for n, part in enumerate(parts)]
-
-
 def _draw_mode(
     axes: Any, modelled: ModelledRig, number: int, parts: Sequence[DrawnPart], marked: DrawnPart | None, *, flat: bool
 ) -> None:
@@ -110,33 +99,28 @@ def _draw_mode(
     scale = drawn_larger([part.rows @ phi for part in parts], extent(parts))
     for k, part in enumerate(parts):
         _draw(axes, part.points, part.edges, "#bbbbbb", flat=flat, width=0.8)
-        _draw(axes, part.points + scale * (part.rows @ phi).T, part.edges, level_colour(k), flat=flat, width=1.8)
+        moved = part.points + scale * (part.rows @ phi).T
+        _draw(axes, moved, part.edges, level_colour(k), flat=flat, width=1.8, label=part.name)
     if marked is not None:
-        scatter(axes, marked.points + scale * (marked.rows @ phi).T, SENSOR, "s", 20, flat=flat)
+        moved = marked.points + scale * (marked.rows @ phi).T
+        scatter(axes, moved, SENSOR, "s", 20, flat=flat, label=marked.name)
     axes.set_title(f"mode {number + 1}: {modelled.modes.frequency_Hz[number]:.5g} Hz", fontsize=10)
     _frame(axes, parts, flat=flat)
 
 
-def _at(part: str, at: float) -> Place:
-    return Place(part, at, (0.0, 1.0, 0.0))
-
-
-def _looked_at(modelled: ModelledRig) -> list[tuple[Place, str]]:
-    rig = modelled.rig
-    sensors = [(rig.place_of(sensor.channel), SENSOR) for sensor in rig.response_sensors]
-    return [*((place, DRIVE) for place in rig.drives.values()), *sensors]
-
-
-def _draw(axes: Any, points: Array, edges: Array, colour: str, *, flat: bool, width: float) -> None:
+def _draw(
+    axes: Any, points: Array, edges: Array, colour: str, *, flat: bool, width: float, label: str | None = None
+) -> None:
     if flat:
-        axes.add_collection(LineCollection(list(points[edges][:, :, :2]), colors=colour, linewidths=width))
+        lines = LineCollection(list(points[edges][:, :, :2]), colors=colour, linewidths=width, label=label)
+        axes.add_collection(lines)
     else:
-        axes.add_collection3d(Line3DCollection(points[edges], colors=colour, linewidths=0.5 * width))
+        axes.add_collection3d(Line3DCollection(points[edges], colors=colour, linewidths=0.5 * width, label=label))
 
 
-def scatter(axes: Any, points: Array, colour: str, mark: str, size: float, *, flat: bool) -> None:
+def scatter(axes: Any, points: Array, colour: str, mark: str, size: float, *, flat: bool, label: str) -> None:
     """Mark points (k, 3)."""
-    axes.scatter(*(points.T[:2] if flat else points.T), c=colour, marker=mark, s=size, zorder=3)
+    axes.scatter(*(points.T[:2] if flat else points.T), c=colour, marker=mark, s=size, zorder=3, label=label)
 
 
 def draw_rest(figure: Figure, parts: Sequence[DrawnPart]) -> tuple[Any, bool]:

@@ -6,14 +6,13 @@ from matplotlib.figure import Figure
 from twin.identify.broadband import BinnedResponse
 from twin.identify.modes import ModalFit
 from twin.identify.modes.stabilisation import stable_poles
-from twin.views.drawing import Drawing
+from twin.views.drawing import panels
 from twin.views.style import AFTER, BEFORE, INK, level_colour
 
 
 def stabilisation_figure(fit: ModalFit, response: BinnedResponse) -> Figure:
     """Measured and fitted responses, and above them the chart; the modes that were taken are marked."""
-    figure = Drawing(figsize=(9.0, 6.0), layout="constrained")
-    chart, curves = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (3, 2)})
+    figure, ((chart,), (curves,)) = panels(2, 1, height_in=6.0, sharex=True, height_ratios=(3, 2))
     stable = set(stable_poles(fit.chart))
     for kind, colour, size, poles in (
         ("unstable", "#bbbbbb", 6, [pole for pole in fit.chart if pole not in stable]),
@@ -34,8 +33,6 @@ def stabilisation_figure(fit: ModalFit, response: BinnedResponse) -> Figure:
             response.frequency_Hz, np.abs(response.H[:, o]), ".", markersize=3, color=level_colour(o), label=channel
         )
         curves.loglog(f, model[:, o], linewidth=0.8, color=INK, zorder=0)
-    curves.set_ylabel("response per force")
-    curves.set_xlabel("frequency (Hz)")
-    curves.set_xlim(response.frequency_Hz[0], response.frequency_Hz[-1])
+    curves.set(ylabel="response per force", xlabel="frequency (Hz)", xlim=response.frequency_Hz[[0, -1]])
     curves.legend(loc="lower right", fontsize="small")
     return figure

@@ -4,6 +4,7 @@ import math
 
 INK = "#1a1a1a"
 MEASURED, BEFORE, AFTER = "#1a1a1a", "#d55e00", "#0072b2"
+NOISE = "#5f5f5f"
 CAUTION = "#a56a00"
 """Beside an answer that needs care."""
 KIND = {"measured": MEASURED, "before": BEFORE, "after": AFTER, "model": AFTER}

@@ -8,7 +8,7 @@ import pytest
 from recordings import InputError, Run
 from recordings.directions import cosine, unit_vector
 from twin.bench import no_law, open_bench
-from twin.bench.build import SUSPENSION_Hz
+from twin.bench.limits import LIMITS
 from twin.identify.measured_data import response_outputs
 from twin.rigs import Effect, Place, load_rig
 from twin.structure import assemble, normal_modes, rigid_motions
@@ -43,7 +43,7 @@ def test_a_rigs_linear_response_is_that_of_all_its_coordinates(name):
     found = built.rig(0.0, 51200.0).transfer(FREQUENCIES_Hz)[:, outputs, 0] / -(omega[:, None] ** 2)
     expected = dense_responses(rig, omega)
     # An acceleration does not feel the flexibility above the bench's modes, and free rigs hang on cords.
-    near = 5e-3 + (SUSPENSION_Hz / FREQUENCIES_Hz[:, None]) ** 2
+    near = 5e-3 + (LIMITS.build_suspension_Hz / FREQUENCIES_Hz[:, None]) ** 2
     assert np.all(np.abs(found - expected) < near * np.abs(expected).max(axis=1, keepdims=True))
 
 

@@ -9,7 +9,7 @@ from contract_causes import BEYOND_CONTRACT, CONTRACT
 from recordings.errors import InputError
 from recordings.streams import Excitation
 from twin.bench import EFFECTS, check_effects, draw_case, open_bench, steel_law
-from twin.causes import DRAWS
+from twin.cause_registry import DRAWS
 from twin.rigs import Effect, load_rig
 
 RIG = load_rig("steel-lap-joint")
@@ -207,5 +207,7 @@ def test_a_law_that_is_given_softens_a_softer_joint_by_its_share():
     effect = Effect(cause="joint-stiffness", parameters={"normal_factor": 0.75, "shear_factor": 1.0})
     E = RIG.joint.preload["120N"].normal_modulus
     given = open_bench(RIG, effects=[effect], joint_law=steel_law(E), drive="force").built
-    assert given.laws[0].normal.stiffness(1.0) == pytest.approx(0.75 * steel_law(E).normal.stiffness(1.0))
-    assert given.plan.joints[0].E + given.laws[0].normal.stiffness(1.0) > 0
+    assert given.laws[0].normal.describing_function(1.0) == pytest.approx(
+        0.75 * steel_law(E).normal.describing_function(1.0)
+    )
+    assert given.plan.joints[0].E + given.laws[0].normal.describing_function(1.0) > 0

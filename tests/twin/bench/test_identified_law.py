@@ -43,10 +43,10 @@ def test_describing_functions_return_a_table_over_opening_and_slip():
     softening, loss = 3e8 * OPENING / (OPENING + 2e-6), 2e9 * SLIP**2 / (SLIP**2 + 1e-12)
     law = open_bench(rig_of(layer_law(softening, loss))).built.laws[0]
     # The force's table is too coarse for the least openings.
-    found = describing_function(law.normal.path, OPENING[2:])
+    found = describing_function(law.normal.force_history, OPENING[2:])
     np.testing.assert_allclose(-found.real, softening[2:], atol=1e-3 * softening[-1])
     np.testing.assert_allclose(found.imag, 0.0, atol=1e-6 * softening[-1])
-    np.testing.assert_allclose(law.loss.stiffness(SLIP[5:]).imag, loss[5:], atol=1e-3 * loss[-1])
+    np.testing.assert_allclose(law.loss.describing_function(SLIP[5:]).imag, loss[5:], atol=1e-3 * loss[-1])
 
 
 def test_every_point_of_the_layer_has_its_own_opening_and_slip():
@@ -58,16 +58,18 @@ def test_every_point_of_the_layer_has_its_own_opening_and_slip():
 def test_a_table_over_an_amplitude_is_taken_in_its_translation(built):
     table = layer_table(with_law(), E=MODULI.normal_modulus, G=MODULI.shear_modulus)
     opening, slip = np.array(table.opening_m)[20:], np.array(table.slip_m)[20:]
-    found = describing_function(built.laws[0].normal.path, opening)
+    found = describing_function(built.laws[0].normal.force_history, opening)
     np.testing.assert_allclose(-found.real, table.softening[20:], atol=2e-3 * max(table.softening))
-    np.testing.assert_allclose(built.laws[0].loss.stiffness(slip).imag, table.loss[20:], atol=2e-3 * max(table.loss))
+    np.testing.assert_allclose(
+        built.laws[0].loss.describing_function(slip).imag, table.loss[20:], atol=2e-3 * max(table.loss)
+    )
 
 
 def test_amplitudes_are_those_of_the_named_channel(built):
     middle = open_bench(with_law(channel="acc1")).built
     o = np.array(1e-6)
     # The same opening is a smaller amplitude at the middle, so the same table softens it less.
-    assert -built.laws[0].normal.stiffness(o).real > -middle.laws[0].normal.stiffness(o).real
+    assert -built.laws[0].normal.describing_function(o).real > -middle.laws[0].normal.describing_function(o).real
 
 
 def test_a_channel_that_the_rig_has_not_is_refused():

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twin.bench.multisine import Multisine
+from twin.bench.multisine import PeriodicSignal
 
 PERIOD_s, BAND_Hz, STEP_s = 0.5, (20.0, 400.0), 1 / 3000.7
 
 
 def test_it_is_the_sum_of_its_sines_however_it_is_cut_into_blocks():
-    source = Multisine(period_s=PERIOD_s, band_Hz=BAND_Hz, seed=4, step_s=STEP_s)
+    source = PeriodicSignal(period_s=PERIOD_s, band_Hz=BAND_Hz, seed=4, step_s=STEP_s)
     values = np.concatenate([source.samples(count) for count in (700, 1, 0, 700, 5000)])
     order = np.arange(10, 201)  # 20 Hz to 400 Hz in steps of 2 Hz, both ends included
     phase = np.random.default_rng(4).uniform(0, 2 * np.pi, len(order))
@@ -22,7 +22,7 @@ def test_it_is_the_sum_of_its_sines_however_it_is_cut_into_blocks():
 
 def test_its_rms_is_one_and_other_seeds_have_other_phases():
     first, second = (
-        Multisine(period_s=1.0, band_Hz=BAND_Hz, seed=seed, step_s=1 / 4096).samples(4096) for seed in (1, 2)
+        PeriodicSignal(period_s=1.0, band_Hz=BAND_Hz, seed=seed, step_s=1 / 4096).samples(4096) for seed in (1, 2)
     )
     assert np.std(first) == pytest.approx(1.0, rel=1e-9)
     assert abs(np.mean(first * second)) < 0.3
@@ -30,4 +30,4 @@ def test_its_rms_is_one_and_other_seeds_have_other_phases():
 
 def test_a_band_without_lines_is_refused():
     with pytest.raises(ValueError, match="no line"):
-        Multisine(period_s=0.1, band_Hz=(11.0, 19.0), seed=0, step_s=STEP_s)
+        PeriodicSignal(period_s=0.1, band_Hz=(11.0, 19.0), seed=0, step_s=STEP_s)

@@ -34,8 +34,8 @@ def test_an_oscillator_with_a_law_to_1e_5(law):
     failures = integrate(step, element, np.zeros_like(step.decay), np.zeros(1), np.zeros(2), force(time), out)
     assert failures == 0
     exact = solve_ivp(
-        lambda t, x: A @ x + B @ [force(t), law.path(x[:1])[0]],
+        lambda t, x: A @ x + B @ [force(t), law.force_history(x[:1])[0]],
         (0.0, time[-1]), [0.0, 0.0], t_eval=time, method="DOP853", rtol=1e-10, atol=1e-14, max_step=2e-4,
     ).y[0]  # fmt: skip
-    assert np.abs(law.path(exact)).max() > 0.1 * np.abs(K * exact).max()
+    assert np.abs(law.force_history(exact)).max() > 0.1 * np.abs(K * exact).max()
     assert np.abs(out[:, 0] - exact).max() < 1e-5 * np.abs(exact).max()

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from recordings.streams import Excitation
-from twin.bench import SAMPLE_RATES_Hz, open_bench
+from twin.bench import open_bench
+from twin.bench.limits import LIMITS
 from twin.rigs import load_rig
 
 RIG = load_rig("steel-lap-joint")
@@ -68,4 +69,4 @@ def test_rubbish_is_refused():
         bench.set_output(Excitation(kind="random", amplitude_V=1.0, band_Hz=(100.0, 50.0)))
     with pytest.raises(ValueError, match="finite"):
         bench.set_output(Excitation(kind="sine", amplitude_V=float("nan"), frequency_Hz=20.0))
-    assert bench.set_sample_rate(1e9) == max(SAMPLE_RATES_Hz)
+    assert bench.set_sample_rate(1e9) == max(LIMITS.sample_rates_Hz)

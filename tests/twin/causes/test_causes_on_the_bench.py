@@ -11,8 +11,9 @@ from twin.bench import no_law, open_bench
 from twin.bench.layer import law_from_table
 from twin.diagnose.models import CAUSES
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.harmonics import EVEN_ERROR, harmonic_residuals
+from twin.identify.harmonics import harmonic_residuals
 from twin.identify.joint_law import LayerLaw, choose_knots
+from twin.identify.limits import LIMITS
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.residual_model import ResidualModel
 from twin.joint import describing_function
@@ -63,8 +64,8 @@ def recorded(by_hand):
         )
         knots = choose_knots(np.array([6e-6]), 40)
         shown = sound.built.laws[0]
-        loss = shown.loss.stiffness(knots).imag if shown.loss else 0 * knots
-        layer = LayerLaw(knots, knots, -describing_function(shown.normal.path, knots).real, loss)
+        loss = shown.loss.describing_function(knots).imag if shown.loss else 0 * knots
+        layer = LayerLaw(knots, knots, -describing_function(shown.normal.force_history, knots).real, loss)
         return SimpleNamespace(evidence=evidence, baseline=BaselineParameters(nominal_parameters(rig), (layer,)))
 
     return record
@@ -122,5 +123,5 @@ def test_lost_contact_bends_the_fundamental_and_has_even_harmonics(recorded, gap
     found = residual_model.extra_harmonics(case.baseline, R, balance)
     for h in (2, 4, 6):
         measured = case.evidence.steps.response[:, :, h - 1]
-        assert np.linalg.norm(found[:, h - 2] - measured) < EVEN_ERROR * np.linalg.norm(measured)
+        assert np.linalg.norm(found[:, h - 2] - measured) < LIMITS.even_error * np.linalg.norm(measured)
     assert not np.any(found[:, [1, 3, 5]])

@@ -90,7 +90,7 @@ def test_joint_friction_is_a_slider_across_one_elements_slip(evidence, element):
     t = 2 * np.pi * np.arange(3 * 4096) / 4096
     expected = []
     for a in amplitude:
-        force = jenkins(k, k * slip).path(a * np.cos(t))[-4096:]
+        force = jenkins(k, k * slip).force_history(a * np.cos(t))[-4096:]
         expected.append(2 * np.fft.rfft(force)[1 : COUNT + 1] / 4096)
     assert np.max(np.abs(found - expected)) < 1e-3 * k * slip
     # Elements count from the clamp's end.

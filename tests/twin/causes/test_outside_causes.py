@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from guide_script import read_blocks
 
-import twin.causes.outside as outside
+import twin.cause_registry.outside as outside
 from recordings.errors import InputError
 from twin.bench import EFFECTS, draw_case, open_bench
 from twin.campaign.plan import campaign_causes
-from twin.causes import DRAWS, load_causes
+from twin.cause_registry import DRAWS, load_causes
 from twin.diagnose.models import CAUSES
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
@@ -39,7 +39,7 @@ def alone(monkeypatch):
     modules = set(sys.modules)
     yield
     for name in set(sys.modules) - modules:
-        if name.startswith("twin.causes.outside."):
+        if name.startswith("twin.cause_registry.outside."):
             del sys.modules[name]
     importlib.invalidate_caches()
 
@@ -95,7 +95,7 @@ def test_another_process_knows_it_by_the_environment(tmp_path, monkeypatch):
         ("empty.py", "", "CAUSE: has no CAUSE"),
         ("other.py", "CAUSE = 3\n", "CAUSE: its CAUSE is a int"),
         ("taken.py", "from twin.causes import OutsideCause\nCAUSE = OutsideCause(name='added-mass')\n", "is taken"),
-        ("no-module.py", "", "is no module's name"),
+        ("no-module.py", "", "is not a valid module name"),
         ("absent.py", None, "there is no such file"),
     ],
 )

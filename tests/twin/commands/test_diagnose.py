@@ -14,7 +14,7 @@ import pytest
 from recordings.staging import staged_folder
 from twin.cli import main
 from twin.commands.diagnose import command
-from twin.lab import diagnosed
+from twin.lab.diagnosed_tables import DiagnosedTables
 from twin.rigs import load_rig
 from twin.rigs.kinds import load_any_rig
 
@@ -144,7 +144,7 @@ def test_a_picture_that_cannot_be_drawn_loses_no_result(tmp_path, capsys, monkey
     def undrawn(*_, **__):
         raise ValueError("need at least one array to concatenate")
 
-    monkeypatch.setattr(diagnosed, "table_page", undrawn)
+    monkeypatch.setattr(DiagnosedTables, "page", undrawn)
     status, printed, said = run(capsys, SWEEPS, *REUSS, "--out", tmp_path / "out", "--json")
     assert status == 1  # for what the sweeps leave unexplained
     assert json.loads(printed) == json.loads((tmp_path / "out" / "result.json").read_text())

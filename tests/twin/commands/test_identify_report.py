@@ -76,7 +76,7 @@ def test_a_report_that_fails_leaves_no_model(folder, capsys, monkeypatch):
     def full_disk(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(identified_moduli, "moduli_page", full_disk)
+    monkeypatch.setattr(identified_moduli.IdentifiedModuli, "page", full_disk)
     status, _, said = run(capsys, "f.csv", *STEEL, "--out", "model.toml")
     assert status == 2
     assert "no space left on device" in said

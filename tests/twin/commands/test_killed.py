@@ -240,6 +240,18 @@ def test_ctrl_c_is_one_line_and_leaves_nothing_half(name: str, count: int, input
         assert name in LONG or not [*runs.temporary.iterdir()]  # a case's folder is the next campaign's to remove
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("words", ["faults --tries 2", "reproduce", "speed", "check run.mcap --rig steel-lap-joint"])
+def test_ctrl_c_ends_what_writes_nothing(words: str, inputs: Path, tmp_path: Path) -> None:
+    """Also where a command calls another one, which takes an interrupt as its end in order."""
+    runs = Runs(Killed(words, "", again=""), inputs, tmp_path)
+    for moment_s in (STARTED_S, 6.0):
+        status, told, took_s = runs.interrupt_at(moment_s)
+        assert (status, told.strip()) in ((130, "twin: interrupted"), (0, "")), moment_s
+        assert took_s < INTERRUPTED_S, moment_s
+        assert runs.processes() == []
+
+
 def judge(runs: Runs, found: dict[str, bytes], old: dict[str, bytes], new: dict[str, bytes]) -> str:
     """What a killed run has left."""
     if found == old:

@@ -190,6 +190,7 @@ def test_what_went_wrong_is_in_the_file_and_told(tmp_path):
         (["serve", "--rig", "steel-lap-joint", "--can", "slcan:."], "no serial port"),
         (["serve", "--rig", "steel-lap-joint", "--meter", "."], "no serial port"),
         (["serve", "--rig", "steel-lap-joint", "--serial", "."], "no serial port"),
+        (["serve", "--rig", "steel-lap-joint", "--serial", "/dev/ttyNONE7"], "no such device"),
         (["replay", "none.mcap"], "none.mcap"),
         (["acquire", "--instruments", "none.toml", "--out", "run.mcap"], "none.toml"),
         (["acquire", "none.toml", "--instruments", "none.toml", "--out", "run.mcap"], "none.toml"),

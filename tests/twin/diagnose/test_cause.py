@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from twin.diagnose.cause import RATIO, Parameter, thresholds
+from twin.diagnose.cause import Parameter, thresholds
+from twin.diagnose.limits import LIMITS
 
 
 @pytest.mark.parametrize("least", [0.01, 0.05, 0.2])
@@ -11,8 +12,8 @@ def test_no_threshold_is_far_from_a_beginning(least):
     """A fit begins within a sixth of it, wherever the motion may meet the effect."""
     starts = np.array(thresholds(3e-6, least=least))
     for threshold in np.geomspace(least, 1.0, 200) * 3e-6:
-        assert np.min(np.abs(np.log(starts / threshold))) < 0.55 * np.log(RATIO)
-    assert abs(np.log(starts[0] / 1.5e-6)) <= 0.55 * np.log(RATIO)
+        assert np.min(np.abs(np.log(starts / threshold))) < 0.55 * np.log(LIMITS.cause_ratio)
+    assert abs(np.log(starts[0] / 1.5e-6)) <= 0.55 * np.log(LIMITS.cause_ratio)
 
 
 def test_a_threshold_is_neither_a_place_nor_a_strength():

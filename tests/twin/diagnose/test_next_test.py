@@ -10,15 +10,15 @@ import pytest
 from recordings import read_run
 from recordings.errors import InputError
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fit_model, modification_of
+from twin.diagnose.limits import LIMITS
 from twin.diagnose.models import CAUSES
 from twin.diagnose.next_test import plan_next_test, sensor_place
-from twin.diagnose.next_test.plan import NEEDED_LOG_EVIDENCE
+from twin.diagnose.next_test.limits import LIMITS as NEXT_TEST_LIMITS
 from twin.diagnose.next_test.predicted_data import PredictedData, predict_test_data
 from twin.diagnose.next_test.predicted_noise import predicted_bins
 from twin.diagnose.next_test.proposal import propose
 from twin.diagnose.next_test.sensor_place import best_sensor_place
 from twin.diagnose.next_test.separation import enough, least_promise, separation
-from twin.diagnose.posterior import TEMPERATURE
 from twin.identify.base_fit import fit_base
 from twin.identify.measured_data import gather_data
 from twin.identify.residual_model import ResidualModel
@@ -160,9 +160,9 @@ def test_a_model_within_another_is_told_from_it_by_the_larger_ones_data_alone(le
     larger = replace(plain, hypotheses=(*plain.hypotheses, hidden), log_evidence=-1.35)
     proposal = noise(propose(*learnt, plain, drifting=False))[0]
     data = [predict_test_data(learnt[1], truth, proposal) for truth in (plain, larger)]
-    promise = least_promise(plain, [larger], data, margin=NEEDED_LOG_EVIDENCE)
+    promise = least_promise(plain, [larger], data, margin=NEXT_TEST_LIMITS.needed_log_evidence)
     assert promise.separation == separation(data[1], plain) > 1.0
-    assert promise.needed == enough(NEEDED_LOG_EVIDENCE + 1.35 / TEMPERATURE)
+    assert promise.needed == enough(NEXT_TEST_LIMITS.needed_log_evidence + 1.35 / LIMITS.posterior_temperature)
 
 
 def test_longer_noise_parts_two_places_of_a_mass_farther(learnt, believe, plain):
@@ -205,7 +205,11 @@ def test_the_plan_is_a_procedure_that_can_be_run_with_what_it_promises(learnt, b
     assert "added-mass from stiffness-loss" in found.why
     procedure = load_procedure(tmp_path / found.procedure)
     assert isinstance(procedure, Random | SteppedSine)
-    assert found.separation >= found.needed >= enough(NEEDED_LOG_EVIDENCE - 2.0 / TEMPERATURE)
+    assert (
+        found.separation
+        >= found.needed
+        >= enough(NEXT_TEST_LIMITS.needed_log_evidence - 2.0 / LIMITS.posterior_temperature)
+    )
     assert found.rig_time_s > 5.0
 
 
@@ -287,7 +291,7 @@ def test_a_further_sensor_goes_where_the_rivals_differ_most(learnt, believe):
     _, evidence = learnt
     one = believe("viscous-damper", damping_Ns_per_m=0.05, position_m=0.41)
     two = believe("viscous-damper", damping_Ns_per_m=0.055, position_m=0.40)
-    found = best_sensor_place(evidence, one, [two], margin=NEEDED_LOG_EVIDENCE)
+    found = best_sensor_place(evidence, one, [two], margin=NEXT_TEST_LIMITS.needed_log_evidence)
     layout, structure = RIG.layout(), evidence.model.structure
     taken = [layout.position(output.place) for output in evidence.outputs]
     assert min(abs(layout.position(found.place) - x) for x in taken) > 0.01

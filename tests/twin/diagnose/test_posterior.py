@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, TEMPERATURE, log_weight, probabilities, smallest_set
+from twin.diagnose.limits import LIMITS
+from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, log_weight, probabilities, smallest_set
 
 
 def test_probabilities_are_the_odds_over_their_sum_however_large_their_logarithms():
@@ -37,5 +38,5 @@ def test_every_cause_costs_its_prior_odds_shared_out_among_its_labels():
         return SimpleNamespace(cause=SimpleNamespace(labels=lambda evidence: [{}] * labels))
 
     model = SimpleNamespace(log_evidence=12.0, hypotheses=(hypothesis(1), hypothesis(4)))
-    expected = 12.0 / TEMPERATURE + 2 * LOG_ODDS_OF_A_CAUSE - np.log(4)
+    expected = 12.0 / LIMITS.posterior_temperature + 2 * LOG_ODDS_OF_A_CAUSE - np.log(4)
     assert log_weight(None, model) == pytest.approx(expected)

@@ -44,7 +44,7 @@ def test_the_substitute_is_what_a_marched_slider_answers_at_every_resonance(nois
     motion, spectrum, course = noise
     slip_force = 0.02
     k = slip_force / (travel * motion.displacement)
-    force = jenkins(k, slip_force).path(course)
+    force = jenkins(k, slip_force).force_history(course)
     answer = np.fft.rfft(force)[1:] / len(course) * np.sqrt(2)
     near = [about(centre, motion) for centre in RESONANCES_Hz]
     power = np.array([np.sum(motion.power[lines]) for lines in near])

@@ -7,7 +7,7 @@ import pytest
 
 from recordings.errors import InputError
 from twin.diagnose.tables import diagnose_sweeps
-from twin.identify.backbone import Sweep
+from twin.identify.backbone import BackboneSweep
 from twin.identify.modal_table import read_sweeps
 
 TABLE = Path(__file__).parents[2] / "data" / "brake-reuss" / "response_control.csv"
@@ -24,7 +24,7 @@ def sweeps(amplitudes, *, shift_Hz=lambda k: 0.0, seed=0):
         zeta = 0.002 + 0.002 * A / 60
         H = 1 / (1.7 * (W**2 - w**2 + 2j * zeta * W**2))
         H = H * np.exp(0.005 * (generator.standard_normal(41) + 1j * generator.standard_normal(41)))
-        made.append(Sweep(str(k), f, A / (w**2 * np.abs(H)), np.full(41, float(A)), np.angle(H)))
+        made.append(BackboneSweep(str(k), f, A / (w**2 * np.abs(H)), np.full(41, float(A)), np.angle(H)))
     return made
 
 
@@ -118,7 +118,7 @@ def test_velocities_and_displacements_are_accelerations(tmp_path, beam):
 def test_sweeps_that_did_not_hold_their_response_are_refused():
     made = sweeps(AMPLITUDES)
     first = made[0]
-    made[0] = Sweep(first.level, first.frequency_Hz, first.force_N, np.linspace(5, 20, 41), first.phase_rad)
+    made[0] = BackboneSweep(first.level, first.frequency_Hz, first.force_N, np.linspace(5, 20, 41), first.phase_rad)
     with pytest.raises(InputError, match="sweep 0"):
         diagnose(made)
     with pytest.raises(InputError, match="at least five"):

@@ -8,7 +8,8 @@ from typing import Any, cast
 import pytest
 
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel
-from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, LOG_ODDS_OF_UNKNOWN, TEMPERATURE
+from twin.diagnose.limits import LIMITS
+from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, LOG_ODDS_OF_UNKNOWN
 from twin.diagnose.search import Search, Stage
 from twin.diagnose.verdict import decide, named_causes, posterior_of, rivals_of
 from twin.identify.error_model import SOUND
@@ -16,13 +17,13 @@ from twin.identify.error_model import SOUND
 FINDING = SimpleNamespace(
     cause="clipping", summary="", names={"channel": "acc1"}, values={"level": 3.0}, std={"level": 0.1}
 )
-FAR = 10 * TEMPERATURE
+FAR = 10 * LIMITS.posterior_temperature
 """Gain of log evidence that leaves no doubt, beside what one more cause costs."""
 
 
 def paid(gain):
     """A gain of log evidence beyond what one more cause costs beforehand."""
-    return gain - TEMPERATURE * LOG_ODDS_OF_A_CAUSE
+    return gain - LIMITS.posterior_temperature * LOG_ODDS_OF_A_CAUSE
 
 
 def model(*names, evidence):
@@ -42,7 +43,10 @@ def model(*names, evidence):
 
 def stage(before, *rivals, unknown=-1e3):
     """A turn that takes the first of the rivals where it is more probable than the model without."""
-    accepted = bool(rivals) and rivals[0].log_evidence + TEMPERATURE * LOG_ODDS_OF_A_CAUSE > before.log_evidence
+    accepted = (
+        bool(rivals)
+        and rivals[0].log_evidence + LIMITS.posterior_temperature * LOG_ODDS_OF_A_CAUSE > before.log_evidence
+    )
     return Stage(before, (), rivals, accepted, unknown, cast("Any", None))
 
 
@@ -70,7 +74,7 @@ def test_a_cause_far_ahead_of_its_rivals_explains():
 
 
 def test_a_cause_that_is_about_as_probable_as_none_is_ambiguous():
-    best = model("a", evidence=paid(TEMPERATURE))
+    best = model("a", evidence=paid(LIMITS.posterior_temperature))
     assert verdict(stage(BASE, best), stage(best)) == "ambiguous"
 
 
@@ -92,7 +96,7 @@ def test_rivals_that_share_the_probability_are_told_with_what_each_has():
 def test_a_model_that_must_be_wrong_by_more_than_sound_rigs_is_unknown(names):
     """With or without a cause: errors of any size make the data far more probable."""
     best = model(*names, evidence=paid(FAR) if names else 0.0)
-    unknown = best.log_evidence - TEMPERATURE * LOG_ODDS_OF_UNKNOWN + FAR
+    unknown = best.log_evidence - LIMITS.posterior_temperature * LOG_ODDS_OF_UNKNOWN + FAR
     turns = (
         (stage(BASE, best, unknown=unknown), stage(best, unknown=unknown)) if names else (stage(BASE, unknown=unknown),)
     )

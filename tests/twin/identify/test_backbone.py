@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from recordings.errors import InputError
 from twin.identify import backbone
-from twin.identify.backbone import Sweep, identify_backbone
+from twin.identify.backbone import BackboneSweep, identify_backbone
 from twin.identify.drive_table import write_response
 from twin.identify.modal_prediction import modal_receptance, predict_forced, predict_held
 from twin.identify.modal_table import identify_sweep_table, read_sweeps
@@ -44,7 +44,9 @@ def sweeps(source, levels, *, noise=0.0, seed=0):
         f = np.linspace(49, 51, 41)
         H = modal_receptance(source, f, np.full(41, A))
         H = H * np.exp(noise * (generator.standard_normal(41) + 1j * generator.standard_normal(41)))
-        made.append(Sweep(f"{A:g}", f, A / ((2 * np.pi * f) ** 2 * np.abs(H)), np.full(41, float(A)), np.angle(H)))
+        made.append(
+            BackboneSweep(f"{A:g}", f, A / ((2 * np.pi * f) ** 2 * np.abs(H)), np.full(41, float(A)), np.angle(H))
+        )
     return made
 
 
@@ -170,7 +172,7 @@ def test_too_few_sweeps_are_refused():
 def test_other_conventions_of_the_phase_and_none_at_all_give_the_same_mode(convention):
     turn = {"acceleration": lambda p: p + np.pi, "lead": lambda p: -p, "none": lambda p: p * np.nan}[convention]
     made = [
-        Sweep(s.level, s.frequency_Hz, s.force_N, s.acceleration_m_per_s2, turn(s.phase_rad))
+        BackboneSweep(s.level, s.frequency_Hz, s.force_N, s.acceleration_m_per_s2, turn(s.phase_rad))
         for s in sweeps(law(), (5, 15, 25, 35, 45, 55), noise=0.003)
     ]
     found = identify_backbone(made, name="made")

@@ -13,8 +13,8 @@ from twin.identify.base_fit import fit_base, law_from_steps
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import SOUND
 from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_fit import FREQUENCY_STD
-from twin.identify.linear_model import DAMPED_MODES, nominal_parameters
+from twin.identify.limits import LIMITS
+from twin.identify.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.opening_harmonics import balance_openings
 from twin.identify.residual_model import ResidualModel
@@ -55,7 +55,7 @@ def _fitted(evidence, **options):
 
 def wrong_stiffness(rng, dense, errors, count):
     """Of each mode at each frequency, as a sound rig's model has it."""
-    return dense.modal_stiffness(circular(rng, errors.stiffness, (count, DAMPED_MODES)))
+    return dense.modal_stiffness(circular(rng, errors.stiffness, (count, LIMITS.damped_modes)))
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def balanced(build, steel_model, steel_dense, nominal):
     law = bench.built.laws[0]
     return Balanced(
         build.evidence(steel_model, steps, [at_rest(build, steel_dense, nominal)]), mode, force_N, opening, slip,
-        nominal.E + law.normal.stiffness(opening).real, law.loss.modulus(slip),
+        nominal.E + law.normal.describing_function(opening).real, law.loss.modulus(slip),
     )  # fmt: skip
 
 
@@ -158,7 +158,7 @@ SOFTENING = Saturating(2.8e8, 4e-7, -2.8e8)
 def true_law():
     """Softening and loss of the dense structure's points, as splines fine enough to be the functions themselves."""
     opening, slip = np.geomspace(1e-9, 1e-5, 200), np.geomspace(1e-9, 1e-5, 200)
-    return LayerLaw(opening, slip, -SOFTENING.stiffness(opening).real, 3e8 * (slip / 1e-6) ** 1.5)
+    return LayerLaw(opening, slip, -SOFTENING.describing_function(opening).real, 3e8 * (slip / 1e-6) ** 1.5)
 
 
 def test_what_harmonics_add_belongs_to_the_motion_that_it_leads_to(balanced, nominal):
@@ -281,7 +281,7 @@ def test_stated_deviations_of_moduli_and_law_cover_their_errors(swept):
     rng = np.random.default_rng(17)
     pulls, misfit = [], []
     for _ in range(6):
-        data = swept(rng, base=replace(usual, frequency_discrepancy=FREQUENCY_STD * rng.standard_normal(5)))
+        data = swept(rng, base=replace(usual, frequency_discrepancy=LIMITS.frequency_std * rng.standard_normal(5)))
         baseline, solution = _fitted(data.evidence)
         opening, slip = (np.array([0.12, 0.35, 0.65, 0.95]) * data.motion[:, p].max() for p in (slice(3), slice(3, 6)))
         pulls.append(data.pulls(baseline, solution, opening, slip))

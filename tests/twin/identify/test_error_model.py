@@ -10,9 +10,10 @@ from scipy.stats import chi2, norm
 
 from twin.identify import forward_model
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import ANY, SOUND, SPREAD, Discrepancy, continuation, log_prior
+from twin.identify.error_model import SOUND, SPREAD, Discrepancy, continuation, log_prior
 from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_model import DAMPED_MODES, nominal_parameters
+from twin.identify.limits import LIMITS
+from twin.identify.linear_model import nominal_parameters
 from twin.identify.residual_model import ResidualModel
 from twin.rigs import load_rig
 
@@ -62,7 +63,7 @@ def test_whitened_steps_are_independent_and_of_unit_size(build, steel_model, ste
     size = {"reading": (FINE, FINE), "force": FINE, "growth": 0.0, "stiffness": 0.0, "ratio": FINE} | large
     rng, omega, tip = np.random.default_rng(1), np.repeat(ABOUT_MODE_1, DRAWS), 1.5e-3
     count = len(omega)
-    held = steel_dense.modal_stiffness(circular(rng, size["stiffness"], (count, DAMPED_MODES)))
+    held = steel_dense.modal_stiffness(circular(rng, size["stiffness"], (count, LIMITS.damped_modes)))
     H, _ = steel_dense.with_law(omega, np.full(count, tip), baseline.base, baseline.laws[0], held=held)
     ratio = circular(rng, size["ratio"], H.shape)
     # The tip moves as it is said to, so that its error is one of the force.
@@ -96,7 +97,7 @@ def test_whitened_broadband_bins_are_independent_and_of_unit_size(build, steel_m
     depth = build.bins(BAND / (2 * np.pi), steel_dense.accelerance(BAND, baseline.base), covariance).depth
     runs = []
     for _ in range(DRAWS):
-        held = steel_dense.modal_stiffness(circular(rng, size["stiffness"], (len(BAND), DAMPED_MODES)))
+        held = steel_dense.modal_stiffness(circular(rng, size["stiffness"], (len(BAND), LIMITS.damped_modes)))
         H = steel_dense.accelerance(BAND, baseline.base, held=held)
         error = circular(rng, size["noise"], H.shape) + circular(rng, size["ratio"] * depth, H.shape)
         runs.append(build.bins(BAND / (2 * np.pi), H * np.exp(error), covariance))
@@ -148,11 +149,11 @@ def test_the_prior_of_errors_and_roughness_is_log_normal_about_those_of_sound_ri
 
 def test_a_lacking_model_may_have_errors_of_stiffness_of_any_size_but_ratios_as_ever():
     """A density of the logarithm that is even up to the largest, and integrates to one."""
-    sizes = np.geomspace(1.0, ANY, 1001)
+    sizes = np.geomspace(1.0, LIMITS.error_model_any, 1001)
     priors = [
         log_prior(SOUND.with_value("steps", "stiffness", size * SOUND.steps.stiffness), free=True) for size in sizes
     ]
-    rest = norm.logpdf(0.0, scale=SPREAD) * 4 - np.log(np.log(ANY))
+    rest = norm.logpdf(0.0, scale=SPREAD) * 4 - np.log(np.log(LIMITS.error_model_any))
     assert np.trapezoid(np.exp(np.array(priors) - rest), np.log(sizes)) == pytest.approx(1.0)
     ratio = SOUND.with_value("steps", "ratio", 3 * SOUND.steps.ratio)
     assert log_prior(ratio, free=True) == pytest.approx(log_prior(SOUND, free=True) - 0.5)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from twin.identify.gaps import ORDER, fill_gaps
+from twin.identify.gaps import fill_gaps
+from twin.identify.limits import LIMITS
 
 RATE_Hz = 5120
 N = 20 * RATE_Hz
@@ -81,7 +82,7 @@ def test_gaps_at_the_ends_and_long_ones_stay_within_reason(where):
     assert np.max(np.abs(filled)) < 3 * np.max(np.abs(x))
 
 
-@pytest.mark.parametrize("x", [np.full(500, 2.0), np.arange(3.0), np.arange(2 * ORDER, dtype=float)])
+@pytest.mark.parametrize("x", [np.full(500, 2.0), np.arange(3.0), np.arange(2 * LIMITS.gaps_order, dtype=float)])
 def test_signals_that_predict_nothing(x):
     torn = np.append(x, [np.nan, x[-1]])
     filled = fill_gaps(torn)

@@ -85,9 +85,9 @@ def test_cubics_for_compiled_code_are_the_same_spline():
 
 def test_a_saturating_law_is_followed_to_parts_in_a_thousand():
     law = Saturating(0.85, 1e-6, -0.85)
-    found = LayerLaw(KNOTS, FINER, -law.stiffness(KNOTS).real, np.zeros(12))
+    found = LayerLaw(KNOTS, FINER, -law.describing_function(KNOTS).real, np.zeros(12))
     x = np.linspace(1e-9, 8e-6, 500)
-    assert np.max(np.abs(found.softening_at(x) + law.stiffness(x).real)) < 3e-3 * 0.85
+    assert np.max(np.abs(found.softening_at(x) + law.describing_function(x).real)) < 3e-3 * 0.85
 
 
 @pytest.mark.parametrize("largest", [3e-9, 7e-6])

@@ -14,9 +14,10 @@ from twin.identify import opening_harmonics
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.joint_law import LayerLaw
+from twin.identify.limits import LIMITS
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.model_modification import ModelModification, Opening
-from twin.identify.opening_harmonics import EVEN_TOO, balance_openings
+from twin.identify.opening_harmonics import balance_openings
 from twin.identify.residual_model import ResidualModel
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, load_rig
@@ -40,7 +41,7 @@ def _true_law(law):
     """The bench's own law, without the slap."""
     amplitude = np.geomspace(1e-9, 1.4e-5, 160)
     theta = 2 * np.pi * (np.arange(4096) + 0.5) / 4096
-    path = law.normal.path(np.outer(amplitude, np.cos(theta)))
+    path = law.normal.force_history(np.outer(amplitude, np.cos(theta)))
     softening = -2 * np.mean(path * np.cos(theta), axis=1) / amplitude
     slip = np.geomspace(1e-9, 1e-5, 160)
     return LayerLaw(amplitude, slip, softening, law.loss.modulus(slip))
@@ -88,8 +89,8 @@ def test_the_openings_move_as_on_the_bench_about_another_middle(slapping):
     size = np.max(first)
     assert np.max(np.abs(static)) > 0.1 * size
     np.testing.assert_allclose(np.abs(found.motion[:, :3]), first, atol=0.01 * size)
-    np.testing.assert_allclose(motion[:, EVEN_TOO.index(0)].real, static, atol=0.01 * size)
-    np.testing.assert_allclose(np.abs(motion[:, EVEN_TOO.index(2)]), second, atol=0.01 * size)
+    np.testing.assert_allclose(motion[:, LIMITS.even_too.index(0)].real, static, atol=0.01 * size)
+    np.testing.assert_allclose(np.abs(motion[:, LIMITS.even_too.index(2)]), second, atol=0.01 * size)
 
 
 def test_responses_and_second_harmonics_are_those_of_the_bench(slapping):

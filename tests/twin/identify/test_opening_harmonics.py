@@ -10,11 +10,10 @@ from scipy.optimize import root
 from twin.identify import opening_harmonics
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw
+from twin.identify.limits import LIMITS
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.model_modification import ModelModification, Opening
 from twin.identify.opening_harmonics import (
-    EVEN_TOO,
-    ODD,
     Openings,
     balance_openings,
     growth_of_more,
@@ -29,7 +28,7 @@ from twin.rigs import load_rig
 E, WEIGHT = 4e8, np.array([0.066, 0.05, 0.066])
 SOFT = Saturating(0.8 * E, 1e-6, -0.8 * E)
 KNOTS = np.geomspace(2e-8, 2e-5, 80)
-LAW = LayerLaw(KNOTS, KNOTS, -SOFT.stiffness(KNOTS).real, np.zeros(80))
+LAW = LayerLaw(KNOTS, KNOTS, -SOFT.describing_function(KNOTS).real, np.zeros(80))
 """Fine enough to be the function itself, and reaching beyond all openings."""
 SLAP = Opening(gap_m=2e-6, factor=0.6)
 
@@ -48,7 +47,7 @@ def openings(orders, seed=0):
     """Three steps of three points of a structure with three modes of its own; in units of the drive's frequency."""
     rng = np.random.default_rng(seed)
     fundamental = 10 ** rng.uniform(-6, -5.3, (3, 3)) * np.exp(1j * rng.uniform(0, 6, (3, 3)))
-    secant = WEIGHT * SOFT.stiffness(np.abs(fundamental)).real
+    secant = WEIGHT * SOFT.describing_function(np.abs(fundamental)).real
     order, shapes = np.array(orders)[:, None, None], rng.standard_normal((3, 3))
     beams, mass = 3e6 * shapes @ shapes.T, 2e5 * np.diag(rng.uniform(0.2, 1, 3))
     layer = (E * WEIGHT + secant)[:, None, None, :] * np.eye(3)
@@ -60,7 +59,7 @@ def openings(orders, seed=0):
     return Openings(fundamental, secant, *at_rest, tuple(orders), compliance, driven, *slips)
 
 
-def openings_of(laws, joint, orders=ODD, seed=0):
+def openings_of(laws, joint, orders=LIMITS.opening_harmonics_odd, seed=0):
     """As :func:`openings`, with the secants of these laws at the points of their joints."""
     plain = openings(orders, seed)
     secant = np.empty((3, 3))
@@ -83,9 +82,9 @@ def openings_of(laws, joint, orders=ODD, seed=0):
 
 def law_force(opening, slap):
     """Of the softening, N per weight: odd, but beyond a gap where it opens, where the slope falls."""
-    whole = SOFT.path(opening) + E * opening
+    whole = SOFT.force_history(opening) + E * opening
     if slap is not None:
-        at_gap = SOFT.path(np.array(slap.gap_m)) + E * slap.gap_m
+        at_gap = SOFT.force_history(np.array(slap.gap_m)) + E * slap.gap_m
         whole = whole - (1 - slap.factor) * np.maximum(whole - at_gap, 0.0)
     return whole - E * opening
 
@@ -121,11 +120,13 @@ def brute_force(openings, slap, samples=1024):
         X = unpack(found.x)
         motion.append(X)
         first = np.fft.fft(WEIGHT[:, None] * law_force(at(X), slap), axis=1)[:, 1] * 2 / samples
-        more.append(first / a - WEIGHT * SOFT.stiffness(np.abs(a)).real)
+        more.append(first / a - WEIGHT * SOFT.describing_function(np.abs(a)).real)
     return np.array(motion), np.array(more)
 
 
-@pytest.mark.parametrize(("orders", "slap"), [(ODD, None), (EVEN_TOO, SLAP)], ids=["softening", "slap"])
+@pytest.mark.parametrize(
+    ("orders", "slap"), [(LIMITS.opening_harmonics_odd, None), (LIMITS.even_too, SLAP)], ids=["softening", "slap"]
+)
 def test_harmonics_are_those_of_a_root_finder_over_a_finer_period(exact, monkeypatch, orders, slap):
     """Its own force law, sampling and solver; what comes back to the fundamental is hundredths of the softening."""
     monkeypatch.setattr(opening_harmonics, "SAMPLES", 1024)
@@ -140,7 +141,7 @@ def test_harmonics_are_those_of_a_root_finder_over_a_finer_period(exact, monkeyp
 
 
 def test_sixty_four_samples_are_enough(exact):
-    given = openings(EVEN_TOO)
+    given = openings(LIMITS.even_too)
     motion, more = brute_force(given, SLAP)
     found = balance_openings((LAW,), given, (SLAP,))
     np.testing.assert_allclose(found.motion, motion, atol=2e-3 * np.max(np.abs(motion)))
@@ -150,14 +151,14 @@ def test_sixty_four_samples_are_enough(exact):
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("slap", [None, SLAP, Opening(5e-7, 0.2)], ids=["softening", "slap", "hard-slap"])
 def test_it_comes_to_rest_wherever_it_begins(seed, slap):
-    given = openings(EVEN_TOO, seed)
+    given = openings(LIMITS.even_too, seed)
     found = balance_openings((LAW,), given, (slap,))
     again = balance_openings((LAW,), given, (slap,), start=1.2 * found.motion)
     assert max(found.unsettled, again.unsettled) < 1e-5
     np.testing.assert_allclose(again.motion, found.motion, atol=1e-4 * np.max(np.abs(given.fundamental)))
 
 
-@pytest.mark.parametrize("orders", [ODD, EVEN_TOO], ids=["odd", "all"])
+@pytest.mark.parametrize("orders", [LIMITS.opening_harmonics_odd, LIMITS.even_too], ids=["odd", "all"])
 @pytest.mark.parametrize("slap", [None, SLAP, Opening(5e-7, 0.2)], ids=["softening", "slap", "hard-slap"])
 def test_the_compiled_balance_is_the_plain_one(orders, slap):
     given = openings(orders, seed=1)
@@ -167,7 +168,9 @@ def test_the_compiled_balance_is_the_plain_one(orders, slap):
         np.testing.assert_allclose(getattr(one, name), value, atol=1e-8 * np.max(np.abs(value)), rtol=0)
 
 
-@pytest.mark.parametrize(("orders", "slap"), [(ODD, None), (EVEN_TOO, SLAP)], ids=["softening", "slap"])
+@pytest.mark.parametrize(
+    ("orders", "slap"), [(LIMITS.opening_harmonics_odd, None), (LIMITS.even_too, SLAP)], ids=["softening", "slap"]
+)
 def test_what_harmonics_add_grows_with_the_fundamentals_as_differences_say(exact, orders, slap):
     around, slaps = openings(orders), [slap]
     found = growth_of_more([LAW], around, balance_openings([LAW], around, slaps), slaps)
@@ -188,7 +191,7 @@ def test_it_comes_to_rest_on_a_rig(build, steel_model, steel_dense, around_Hz, s
     """The third harmonic of a sweep about mode 2 passes mode 3; mode 1 opens the layer by 7 um."""
     base = nominal_parameters(load_rig("steel-lap-joint"))
     knots = np.geomspace(1e-8, 1e-5, 20)
-    law = LayerLaw(knots, knots, -SOFT.stiffness(knots).real, 2e9 * knots**2 / (knots**2 + 1e-12))
+    law = LayerLaw(knots, knots, -SOFT.describing_function(knots).real, 2e9 * knots**2 / (knots**2 + 1e-12))
     omega = 2 * np.pi * around_Hz * np.tile(np.linspace(0.97, 1.03, 41), 3)
     tip = np.repeat([1e-4, 1e-3, 3e-3], 41) * (26.2 / around_Hz) ** 1.5
     H, motion = steel_dense.with_law(omega, tip, base, law)
@@ -205,7 +208,7 @@ def test_it_comes_to_rest_on_a_rig(build, steel_model, steel_dense, around_Hz, s
 
 def test_without_harmonics_nothing_comes_back():
     """A structure that does not answer them, and a drive that has none."""
-    given = openings(ODD)
+    given = openings(LIMITS.opening_harmonics_odd)
     still = replace(given, compliance=0 * given.compliance, driven=0 * given.driven)
     found = balance_openings((LAW,), still)
     assert not found.motion.any()
@@ -213,7 +216,7 @@ def test_without_harmonics_nothing_comes_back():
 
 
 def test_a_linear_joints_harmonics_are_the_drives_own():
-    given = openings(ODD)
+    given = openings(LIMITS.opening_harmonics_odd)
     given = replace(given, secant=0 * given.secant)
     found = balance_openings((LayerLaw.zero(KNOTS, KNOTS),), given)
     np.testing.assert_allclose(found.motion, given.driven, atol=1e-6 * np.max(np.abs(given.driven)))
@@ -222,9 +225,9 @@ def test_a_linear_joints_harmonics_are_the_drives_own():
 
 def test_a_layer_that_loses_contact_where_it_opens_is_open_in_the_mean():
     """Less force holds it beyond the gap than before: it opens farther than it closes, more so the less is left."""
-    given = openings(EVEN_TOO)
+    given = openings(LIMITS.even_too)
     # One point by itself on a static compliance.
-    alone = np.eye(3) * 2e-8 * np.ones((3, len(EVEN_TOO), 1, 1))
+    alone = np.eye(3) * 2e-8 * np.ones((3, len(LIMITS.even_too), 1, 1))
     given = replace(given, compliance=alone + 0j, driven=0 * given.driven)
     mean = [balance_openings((LAW,), given, (Opening(2e-7, factor),)).motion[:, 0].real for factor in (0.9, 0.5)]
     assert np.all(mean[0] > 0)
@@ -234,21 +237,25 @@ def test_a_layer_that_loses_contact_where_it_opens_is_open_in_the_mean():
 
 
 def test_a_slap_that_loses_nothing_is_none():
-    given = openings(EVEN_TOO)
+    given = openings(LIMITS.even_too)
     plain, factor_1, far = (
         balance_openings((LAW,), given, (slap,)) for slap in (None, Opening(2e-7, 1.0), Opening(1e-4, 0.2))
     )
-    even = [EVEN_TOO.index(h) for h in (0, 2, 4, 6)]
+    even = [LIMITS.even_too.index(h) for h in (0, 2, 4, 6)]
     for found in (plain, factor_1, far):
         assert np.max(np.abs(found.motion[:, even])) < 1e-9 * np.max(np.abs(given.fundamental))
         np.testing.assert_allclose(found.motion, plain.motion, atol=1e-9 * np.max(np.abs(given.fundamental)))
 
 
-@pytest.mark.parametrize(("orders", "slaps"), [(ODD, (None, None)), (EVEN_TOO, (SLAP, None))], ids=["odd", "slap"])
+@pytest.mark.parametrize(
+    ("orders", "slaps"),
+    [(LIMITS.opening_harmonics_odd, (None, None)), (LIMITS.even_too, (SLAP, None))],
+    ids=["odd", "slap"],
+)
 def test_what_harmonics_add_follows_the_laws_of_all_joints(exact, orders, slaps):
     """Against differences of the balance itself, with everything that a law changes built anew."""
     knots = np.geomspace(2e-7, 2e-5, 7)
-    softening = -SOFT.stiffness(knots).real
+    softening = -SOFT.describing_function(knots).real
     laws = tuple(LayerLaw(knots, knots, share * softening, np.zeros(7)) for share in (1.0, 0.7))
     joint = (0, 1, 0)
     found = openings_of(laws, joint, orders)

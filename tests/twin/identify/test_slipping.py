@@ -21,7 +21,7 @@ def harmonics(amplitude, count=7):
 def marched(amplitude, count, samples=4096):
     """Harmonics of the third period of a slider that began at rest."""
     t = 2 * np.pi * np.arange(3 * samples) / samples
-    force = jenkins(STIFFNESS, SLIP_FORCE).path(amplitude * np.cos(t))[-samples:]
+    force = jenkins(STIFFNESS, SLIP_FORCE).force_history(amplitude * np.cos(t))[-samples:]
     return 2 * np.fft.rfft(force)[1 : count + 1] / samples
 
 
@@ -41,7 +41,7 @@ def test_a_slider_marched_in_time_has_the_same_harmonics():
 
 
 def test_the_first_harmonic_is_the_describing_function_in_closed_form():
-    expected = jenkins(STIFFNESS, SLIP_FORCE).stiffness(AMPLITUDES) * AMPLITUDES
+    expected = jenkins(STIFFNESS, SLIP_FORCE).describing_function(AMPLITUDES) * AMPLITUDES
     assert harmonics(AMPLITUDES)[:, 0] == pytest.approx(expected, rel=1e-12)
 
 
@@ -73,7 +73,7 @@ def balanced(amplitude, compliance, samples=512, highest=41):
     waves, X = np.exp(1j * np.outer(orders, t)), np.zeros(len(orders), complex)
     share = 0.5 / (1 + STIFFNESS * np.max(np.abs(C)))
     for _ in range(int(9 / share)):
-        force = jenkins(STIFFNESS, SLIP_FORCE).path(amplitude * np.cos(t) + (X @ waves).real)[-samples:]
+        force = jenkins(STIFFNESS, SLIP_FORCE).force_history(amplitude * np.cos(t) + (X @ waves).real)[-samples:]
         F = 2 * np.fft.rfft(force)[1 : highest + 1] / samples
         X = (1 - share) * X - share * C * F[orders - 1]
     return F[:7:2]

@@ -46,7 +46,7 @@ def marched(law, evaluate_one, remember_one):
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 def test_force_follows_the_laws_path(law):
     force, _ = marched(law, evaluate, remember)
-    np.testing.assert_allclose(force, law.path(STEPS), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(force, law.force_history(STEPS), rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)

@@ -11,7 +11,7 @@ from twin.procedures import DirectAcquisition, SteppedSine, run_procedure
 from twin.procedures.tables import Measure
 from twin.rehearsal import predicted_branches
 from twin.rehearsal.folds import folds_within
-from twin.response import Branch, Failure, HarmonicBalance
+from twin.response import Failure, HarmonicBalance, SolutionBranch
 from twin.rigs import Effect, load_rig
 
 STEEL = load_rig("steel-lap-joint")
@@ -94,7 +94,7 @@ def test_open_loop_sweeps_have_no_branches_at_a_force():
 
 def test_a_branch_without_a_first_point_says_why_and_has_no_curve(monkeypatch):
     failure = Failure(26.0, "the equations are singular or not finite", np.nan, 1)
-    monkeypatch.setattr(HarmonicBalance, "branch", lambda *_: Branch((), failure))
+    monkeypatch.setattr(HarmonicBalance, "branch", lambda *_: SolutionBranch((), failure))
     (branch,) = predicted_branches(
         STEEL, preload=None, procedure=SteppedSine(frequencies=[26.0, 27.0], amplitudes=[1.0])
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from balance_numpy import alternate_numpy, alternate_pair_numpy
+from harmonic_balance_numpy import alternate_numpy, alternate_pair_numpy
 
 from twin.bench.force_factor import ForceFactor
 from twin.joint import Cubic, ForceTable, Linear, PiecewiseLinearContact, Polynomial, RunningLoss, Saturating, iwan
@@ -64,7 +64,7 @@ def test_fundamental_of_a_sine_is_the_describing_function(law):
     c = np.zeros(2 * H + 1)
     c[2] = 1.3
     F, _ = harmonics(law, c)
-    expected = complex(law.stiffness(np.array(1.3))) * 1.3
+    expected = complex(law.describing_function(np.array(1.3))) * 1.3
     # The polynomial's loss reverses within a travel, which keeps a little of it as stiffness.
     assert F[2] == pytest.approx(expected.real, abs=0.1 if isinstance(law, Polynomial) else 2e-3)
     assert F[1] == pytest.approx(expected.imag, abs=2e-3)
@@ -74,7 +74,7 @@ def test_running_loss_is_a_loss_modulus_on_a_velocity():
     c = np.zeros(2 * H + 1)
     c[1] = 7.0 * 1.3  # velocity of 1.3 sin(7 t)
     F, *_ = running_harmonics(c)
-    assert F[1] == pytest.approx(RUNNING.stiffness(np.array(1.3)).imag * 1.3, rel=1e-12)
+    assert F[1] == pytest.approx(RUNNING.describing_function(np.array(1.3)).imag * 1.3, rel=1e-12)
 
 
 def test_running_loss_counts_a_static_offset_as_its_means_do():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from balance_numpy import BALANCES
+from harmonic_balance_numpy import BALANCES
 
 from twin.bench import no_law, open_bench
 from twin.bench.linear import LinearRig, to_poles

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from balance_numpy import BALANCES
-from balance_numpy import residual as plain_residual
+from harmonic_balance_numpy import BALANCES
+from harmonic_balance_numpy import residual as plain_residual
 
 from twin.bench import JointLaw, open_bench
 from twin.joint import iwan

@@ -67,10 +67,10 @@ def test_a_joint_without_a_law_is_linear_and_one_that_borrows_it_softens_as_its_
     lender, without = (open_bench(rig, drive="force").built.laws[0] for rig in (RIG, LINEAR))
     borrowing = read(STEEL + '\n[joint.law]\nof = "steel-lap-joint"\n')
     law = open_bench(borrowing, drive="force").built.laws[0]
-    assert without.normal.stiffness(open_) == 0
+    assert without.normal.describing_function(open_) == 0
     assert without.loss is None
-    assert law.normal.stiffness(open_) == lender.normal.stiffness(open_)
-    assert law.normal.stiffness(open_).real < -1e8
+    assert law.normal.describing_function(open_) == lender.normal.describing_function(open_)
+    assert law.normal.describing_function(open_).real < -1e8
     with pytest.raises(InputError, match=r"joint\.law\.of"):
         read(STEEL + '\n[joint.law]\nof = "hybrid-joint"\n')
 
@@ -123,7 +123,7 @@ def test_the_bench_has_the_moduli_of_the_file_at_rest_and_the_law_beyond():
     at_rest = [built.rig(0.0, 11264.0).transfer(frequency_Hz)[:, -1, 0] for built in (linear, named)]
     np.testing.assert_allclose(at_rest[0], at_rest[1], rtol=1e-6)
     laws = named.laws[0].slip
-    assert sum(law.stiffness(np.array(1e-9)).real for law in laws) == pytest.approx(0.0, abs=1e-3 * 3e7)
+    assert sum(law.describing_function(np.array(1e-9)).real for law in laws) == pytest.approx(0.0, abs=1e-3 * 3e7)
 
 
 def zero_law():
@@ -134,7 +134,7 @@ def test_predictions_take_what_a_table_can_say_and_refuse_the_rest():
     rig = read(STEEL + BOTH)
     table = layer_table(rig, E=3.9e8, G=7.6e7)
     o, s = np.array(table.opening_m), np.array(table.slip_m)
-    opening = sum(law.force.stiffness(o) for law in rig.joints[0].law.opening)
+    opening = sum(law.force.describing_function(o) for law in rig.joints[0].law.opening)
     np.testing.assert_allclose(table.softening, -opening.real)
     np.testing.assert_allclose(np.interp(1e-6, s, table.loss), 5e8, rtol=0.02)
     with pytest.raises(ValueError, match="changes the stiffness as the layer slips"):

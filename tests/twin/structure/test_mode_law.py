@@ -162,8 +162,8 @@ def test_a_rig_file_of_either_form_has_a_law_of_the_layer():
     own = LayerLawTable(opening_m=[0.0, 1e-6], softening=[0.0, 1e8], slip_m=[0.0, 1e-6], loss=[0.0, 1e8])
     assert layer_table(with_law(own), **G) is own
     borrowed, forces = layer_table(STEEL, **G), (steel_softening(G["E"]), steel_loss(G["E"]))
-    np.testing.assert_allclose(borrowed.softening, -forces[0].stiffness(np.array(borrowed.opening_m)).real)
-    np.testing.assert_allclose(borrowed.loss, forces[1].stiffness(np.array(borrowed.slip_m)).imag)
+    np.testing.assert_allclose(borrowed.softening, -forces[0].describing_function(np.array(borrowed.opening_m)).real)
+    np.testing.assert_allclose(borrowed.loss, forces[1].describing_function(np.array(borrowed.slip_m)).imag)
     X = np.geomspace(1e-5, 4e-3, 20)
     g1, g2 = 2e8 * X / (X + 2e-3), 3e8 * X / 4e-3
     old = {"channel": "acc1", "amplitude_m": X.tolist(), "softening": g1.tolist(), "loss": g2.tolist()}

@@ -24,52 +24,21 @@ KNOWN_INSIDE = re.compile(
 NAMED = {"lab/rig.py"}
 """Says of a rig file what it is, in words."""
 
+BEAMS = {
+    "base": ([0.0, 0.0], [0.3, 0.0]),
+    "right": ([0.3, 0.0], [0.3, 0.2]),
+    "left": ([0.0, 0.0], [0.0, 0.2]),
+    "top-left": ([0.0, 0.2], [0.18, 0.2]),
+    "top-right": ([0.3, 0.2], [0.13, 0.2]),
+}
+CORNERS = {("base", "right"): 0.3, ("base", "left"): 0.0, ("left", "top-left"): 0.2, ("right", "top-right"): 0.2}
+"""Two beams, and where along the first they are tied; the second is held by its beginning."""
 RING = """
 format = 2
 name = "ring"
 
-[[part]]
-name = "base"
-{beam}
-start = [0.0, 0.0]
-end = [0.3, 0.0]
-
-[[part]]
-name = "right"
-{beam}
-start = [0.3, 0.0]
-end = [0.3, 0.2]
-
-[[part]]
-name = "left"
-{beam}
-start = [0.0, 0.0]
-end = [0.0, 0.2]
-
-[[part]]
-name = "top-left"
-{beam}
-start = [0.0, 0.2]
-end = [0.18, 0.2]
-
-[[part]]
-name = "top-right"
-{beam}
-start = [0.3, 0.2]
-end = [0.13, 0.2]
-
-[[tie]]
-between = ["base", "right"]
-at = [0.3, 0.0]
-[[tie]]
-between = ["base", "left"]
-at = [0.0, 0.0]
-[[tie]]
-between = ["left", "top-left"]
-at = [0.2, 0.0]
-[[tie]]
-between = ["right", "top-right"]
-at = [0.2, 0.0]
+{parts}
+{ties}
 
 [[support]]
 part = "base"
@@ -149,7 +118,9 @@ def test_no_module_outside_knows_how_a_structure_is_made():
 @pytest.fixture(scope="module")
 def ring(tmp_path_factory):
     path = tmp_path_factory.mktemp("ring") / "ring.toml"
-    path.write_text(RING.replace("{beam}", BEAM))
+    parts = [f'[[part]]\nname = "{name}"\n{BEAM}\nstart = {begin}\nend = {end}' for name, (begin, end) in BEAMS.items()]
+    ties = [f'[[tie]]\nbetween = ["{one}", "{other}"]\nat = [{at}, 0.0]' for (one, other), at in CORNERS.items()]
+    path.write_text(RING.replace("{parts}", "\n".join(parts)).replace("{ties}", "\n".join(ties)))
     return load_rig(path)
 
 

@@ -13,7 +13,12 @@ from twin.rigs import RIG_FILES, load_rig, parse_rig
 from twin.structure import assemble
 from twin.structure.mesh import mesh_beams, mesh_layers
 
-BY_HAND = """
+STEEL = """width = 0.0254
+thickness = 0.00636
+youngs_modulus = 198e9
+density = 7880.0
+"""
+BY_HAND = f"""
 format = 2
 name = "lap-joint-by-hand"
 [[part]]
@@ -21,25 +26,13 @@ name = "lower"
 kind = "beam"
 start = [0.0, 0.0]
 end = [0.235, 0.0]
-width = 0.0254
-thickness = 0.00636
-youngs_modulus = 198e9
-density = 7880.0
-elements = 20
+{STEEL}elements = 20
 [[part]]
 name = "upper"
 kind = "beam"
 start = [0.185, 0.00636]
 end = [0.42, 0.00636]
-width = 0.0254
-thickness = 0.00636
-youngs_modulus = 198e9
-density = 7880.0
-elements = 21
-[[support]]
-part = "lower"
-at = 0.0
-fix = ["x", "y", "rz"]
+{STEEL}elements = 21
 [[joint]]
 name = "lap"
 kind = "thin-layer"
@@ -54,6 +47,10 @@ shear_modulus = 7.6e7
 [joint.preload."540N"]
 normal_modulus = 5.9e8
 shear_modulus = 7.4e7
+[[support]]
+part = "lower"
+at = 0.0
+fix = ["x", "y", "rz"]
 [damping]
 modal_ratio = [0.0023, 0.002, 0.002, 0.003]
 [drive]

@@ -1,6 +1,7 @@
 """A joint that loses contact on one side of its motion."""
 
-from twin.bench.layer import REFERENCE_OPENING, slapping
+from twin.bench.layer import slapping
+from twin.bench.limits import LIMITS
 from twin.bench.plan import Plan
 
 
@@ -12,5 +13,5 @@ def joint_slap(plan: Plan, *, gap_m: float, stiffness_factor: float, joint: str 
     if stiffness_factor <= 0:
         raise ValueError(f"a stiffness factor must be positive, got {stiffness_factor}")
     plan.joint(joint).law_changes.append(
-        lambda law, E: slapping(law, E=E, gap_m=gap_m, factor=stiffness_factor, limit_m=REFERENCE_OPENING)
+        lambda law, E: slapping(law, E=E, gap_m=gap_m, factor=stiffness_factor, limit_m=LIMITS.reference_opening)
     )

@@ -64,6 +64,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "twin campaign --out pairs --cause added-mass --cause channel-gain --pairs 30 --scheduler tcp://host:8786",
     ),
     "reproduce": ("twin reproduce", "twin reproduce steel-lap-joint --json"),
+    "cite": ("twin cite", "twin cite diagnosis model.toml", "twin cite diagnosis --format cff"),
     "view": (
         "twin view sweeps.mcap",
         "twin view diagnosis --save diagnosis.rrd",

@@ -8,7 +8,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,34 +42,8 @@ SAID_AFTER_s = 0.9
 _verbose = False
 
 
-def json_option(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Add what every command takes: ``--json`` as the argument `as_json`, ``--quiet`` and ``--verbose``."""
-    options = [
-        click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),
-        click.option(
-            "-q", "--quiet", is_flag=True, expose_value=False, callback=_set_quiet,
-            help="No progress, no remarks: errors alone on standard error.",
-        ),
-        click.option(
-            "-v", "--verbose", is_flag=True, expose_value=False, callback=_set_verbose,
-            help="What is done and when; where an error came from.",
-        ),
-    ]  # fmt: skip
-    for option in reversed(options):
-        function = option(function)
-    return function
-
-
-overwrite_option = click.option("--overwrite", is_flag=True, help="Replace what is there, once the new one is whole.")
-"""Add ``--overwrite``: without it nothing that exists is touched."""
-
-
-def _set_quiet(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
-    context.call_on_close(partial(setattr, console, "quiet", console.quiet))  # of the command that called this one
-    console.quiet = wanted
-
-
-def _set_verbose(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+def set_verbose(wanted: bool) -> None:
+    """Say what is done and when, and where an error came from."""
     global _verbose
     _verbose = wanted
 

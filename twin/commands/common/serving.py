@@ -14,8 +14,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
-from twin.commands.common.numbers import FiniteRange
-from twin.commands.common.output import overwrite_option, say
+from twin.commands.common.options import FiniteRange, overwrite_option
+from twin.commands.common.output import say
 from twin.commands.common.stopping import ASKED
 
 if TYPE_CHECKING:
@@ -43,27 +43,15 @@ _OPTIONS = [
     ),
     click.option("--baud", type=click.IntRange(300, 20_000_000), help="Make the line as slow as a wire."),
     click.option(
-        "--watchdog",
-        type=FiniteRange(0.1, 60.0),
-        default=5.0,
-        show_default=True,
-        metavar="S",
+        "--watchdog", type=FiniteRange(0.1, 60.0), default=5.0, show_default=True, metavar="S",
         help="How long the generator drives on for a stream whose client has gone.",
     ),
     click.option(
-        "--idle",
-        type=FiniteRange(1.0, 86400.0),
-        default=300.0,
-        show_default=True,
-        metavar="S",
+        "--idle", type=FiniteRange(1.0, 86400.0), default=300.0, show_default=True, metavar="S",
         help="A client that is silent for so long is hung up.",
     ),
     click.option(
-        "--drive-limit",
-        type=FiniteRange(0.0, 10.0),
-        default=10.0,
-        show_default=True,
-        metavar="V",
+        "--drive-limit", type=FiniteRange(0.0, 10.0), default=10.0, show_default=True, metavar="V",
         help="Amplitude of the generator that no client can pass.",
     ),
     click.option("--speed", default="1", metavar="N|fast", show_default=True, help="Multiple of real time."),
@@ -83,35 +71,16 @@ def address_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def serve_source(
-    open_source: Callable[[], SampleSource],
-    *,
-    origin: str,
-    serial: str | None,
-    tcp: str | None,
-    can: str | None,
-    can_channels: str,
-    can_frames: str,
-    bitrate: int,
-    data_bitrate: int,
-    baud: int | None,
-    speed: str,
-    faults: tuple[str, ...],
-    seed: int,
-    instruments_out: Path | None,
-    overwrite: bool,
-    watchdog: float,
-    idle: float,
-    drive_limit: float,
-    as_json: bool,
-    meter: str | None = None,
-    slow: SlowSource | None = None,
-) -> None:
+    open_source: Callable[[], SampleSource], *, origin: str, seed: int, speed: str, faults: tuple[str, ...],
+    watchdog: float, idle: float, drive_limit: float, can_channels: str, instruments_out: Path | None, overwrite: bool,
+    as_json: bool, slow: SlowSource | None = None, **addresses: Any,
+) -> None:  # fmt: skip
     """Open a source and serve it until SIGINT or SIGTERM, telling the addresses as JSON lines when they are ready.
 
     SIGUSR1 is the emergency stop: the generator's output to zero, every stream ended, until a client clears it.
 
-    `origin` is what a recording made from it is: simulated or replayed; `meter` is where a
-    slow meter of `slow` listens.
+    `origin` is what a recording made from it is: simulated or replayed; `slow` is what a slow meter reads, `addresses`
+    go to :class:`drivers.virtual.Addresses`.
 
     Raises
     ------
@@ -127,14 +96,10 @@ def serve_source(
         told_to_stop.append(number)
 
     first, second = _parse_can_channels(can_channels)
-    addresses = Addresses(
-        serial=serial, tcp=tcp, can=can, meter=meter, baud=baud, bitrate=bitrate, data_bitrate=data_bitrate,
-        can_channels=first, second_can_channels=second, can_frames=can_frames,
-    )  # fmt: skip
-    multiple = _parse_speed(speed)
-    parsed_faults = [parse_fault(fault) for fault in faults]
+    where = Addresses(can_channels=first, second_can_channels=second, **addresses)
+    multiple, parsed_faults = _parse_speed(speed), [parse_fault(fault) for fault in faults]
     rig = VirtualRig(
-        open_source(), addresses, origin=origin, speed=multiple, faults=parsed_faults, seed=seed, renew=open_source,
+        open_source(), where, origin=origin, speed=multiple, faults=parsed_faults, seed=seed, renew=open_source,
         slow=slow, protection=Protection(watchdog_s=watchdog, idle_s=idle, drive_limit_V=drive_limit),
     )  # fmt: skip
     previous = {number: signal.signal(number, stop) for number in ASKED}
@@ -148,17 +113,16 @@ def serve_source(
         else:
             for entry in rig.ready:
                 click.echo(json.dumps({"event": "ready", **entry}))
-        slips = rig.serve(lambda: bool(told_to_stop), on_failure=_tell_failure)
+        slips = rig.serve(
+            lambda: bool(told_to_stop),
+            on_failure=lambda reason: say(f"twin: the rig has stopped: {reason}; the instruments stay"),
+        )
     finally:
         rig.close()
         for number, handler in previous.items():
             signal.signal(number, handler)
     if slips:
         say(f"this machine was too slow for the wanted speed, {slips} time(s) by more than a second")
-
-
-def _tell_failure(reason: str) -> None:
-    say(f"twin: the rig has stopped: {reason}; the instruments stay")
 
 
 def _parse_can_channels(text: str) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -15,6 +15,7 @@ from recordings.errors import InputError
 from recordings.run import Event, SampleBlock, Step
 from recordings.streams import Acquisition
 from recordings.whole import check_writable
+from twin.commands.common.options import FILE
 from twin.commands.common.output import console, say
 
 if TYPE_CHECKING:
@@ -32,9 +33,7 @@ def view_options(function: Callable[..., Any]) -> Callable[..., Any]:
         return function(*arguments, watch=WatchOptions(view, view_to, save_view), **others)
 
     for option in (
-        click.option(
-            "--save-view", type=click.Path(path_type=Path), metavar="FILE.rrd", help="Keep the live view in a file."
-        ),
+        click.option("--save-view", type=FILE, metavar="FILE.rrd", help="Keep the live view in a file."),
         click.option("--view-to", metavar="HOST:PORT", help="Show the run as it happens in a rerun viewer that runs."),
         click.option("--view", is_flag=True, help="Show the run as it happens, in a viewer of its own on loopback."),
     ):
@@ -128,13 +127,13 @@ class Watch:
 
 
 @contextmanager
-def watched(options: WatchOptions, about: Callable[[], LiveAbout]) -> Iterator[Watch]:
+def watched(options: WatchOptions, about: LiveAbout) -> Iterator[Watch]:
     """The live views that are wanted, while the block runs."""
     if not options.wanted:
         yield Watch([])
         return
     with console.status("starting the live view"):
-        views = _open(options, about())
+        views = _open(options, about)
     watch = Watch(views)
     try:
         yield watch
@@ -165,12 +164,10 @@ def _open(options: WatchOptions, about: LiveAbout) -> list[LiveView]:
         raise InputError("--view", "", str(error)) from error
 
 
-def known_branches(rig: Rig | None, preload: str | None, procedure: Procedure | None) -> list[dict[str, Any]]:
+def known_branches(rig: Rig, preload: str | None, procedure: Procedure) -> list[dict[str, Any]]:
     """Predicted curves of a force-controlled sweep, with a word on each that ends early."""
     from twin.rehearsal import branch_tables
 
-    if rig is None or procedure is None:
-        return []
     branches = branch_tables(rig, preload=preload, procedure=procedure)
     for branch in branches:
         if branch["ends_early"]:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.fitted_model import CauseHypothesis
+from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing.terms import TERMS, Term
 from twin.diagnose.places import place_at, position, single_point
 from twin.identify.measured_data import MeasuredData
@@ -16,8 +17,6 @@ from twin.identify.model_modification import ModelModification, NonlinearForce
 Array = NDArray[Any]
 Force = Callable[[Array, Array, Array], Array]
 
-USUAL_N = 2.0
-"""Force of a term at the largest measured motion of the tip, one standard deviation of its prior."""
 POINTS = 96
 THETA = 2 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
 """Half a step off, so that no point lies on the jump of a friction force."""
@@ -50,7 +49,7 @@ class LocalForce(Cause):
         largest = max(float(np.max(evidence.steps.amplitude_m, initial=0.0)), 1e-5)
         coefficients = []
         for term in law_of(label):
-            usual = USUAL_N / term.size(largest, evidence.reference_omega)
+            usual = LIMITS.usual_n / term.size(largest, evidence.reference_omega)
             coefficients.append(
                 # Where the structure moves less than at the tip the same force has a far larger coefficient.
                 Parameter(

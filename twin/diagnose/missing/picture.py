@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
+from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
 from twin.diagnose.missing.terms import TERMS, Term
 from twin.diagnose.model_evidence import fit_with_errors
@@ -19,15 +20,6 @@ from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 
 Array = NDArray[Any]
-
-FOLLOWS = 4.0
-"""Chi2 per degree of freedom, with a sound rig's errors, up to which a model follows the data."""
-LEAST_FUNDAMENTAL = 0.01
-"""Of the largest force within a period, below which its phase says nothing."""
-MOST_LEFT = 0.05
-"""Of a large chi2 per degree of freedom, for a force to be a picture of what is missing."""
-PLACES = 14
-"""At which it is tried along the structure."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +84,7 @@ class MissingForce:
     @property
     def explains(self) -> bool:
         """Whether the model follows the data with it; else nothing that acts at one place does."""
-        return self.after < max(FOLLOWS, MOST_LEFT * self.before)
+        return self.after < max(LIMITS.picture_follows, LIMITS.most_left * self.before)
 
     def force(self, u: Array, v: Array, a: Array) -> Array:
         """The force at displacement, velocity and acceleration of its place."""
@@ -156,7 +148,7 @@ def _along_the_structure(search: Search, model: FittedModel) -> tuple[Array, Arr
     evidence, harmonics = search.evidence, search.harmonics
     hypothesis = model.hypotheses[-1]
     here = hypothesis.values["position_m"]
-    places = np.array(along_beam(evidence, hypothesis.label, PLACES)[::-1])
+    places = np.array(along_beam(evidence, hypothesis.label, LIMITS.picture_places)[::-1])
     left = np.empty(len(places))
     for side in (places <= here, places > here):
         neighbour = model
@@ -232,7 +224,7 @@ def _at_each_level(evidence: MeasuredData, model: FittedModel) -> tuple[ForceAtL
             frequency_Hz=float(omega[i] / (2 * np.pi)),
             displacement_m=float(amplitude[i]),
             force_N=float(largest_N),
-            phase_deg=float(np.degrees(np.angle(first))) if abs(first) > LEAST_FUNDAMENTAL * largest_N else None,
+            phase_deg=float(np.degrees(np.angle(first))) if abs(first) > LIMITS.least_fundamental * largest_N else None,
         )
         for (sweep, i), largest_N, first in zip(largest.items(), peak, fundamental, strict=True)
     )

@@ -14,14 +14,12 @@ class Limits:
     """Separation from which on its size, to first order, says no more."""
     plan_rounds: int = 2
     """Improvements of a proposal that a rehearsal warns of."""
-
     # predicted_data.py
     law_points: int = 64
     """Amplitudes at which the response to a frequency is computed, to find the one that a force makes."""
     amplitude_range: tuple[float, float] = (2e-3, 1.6)
     """Range of these, over the recordings' smallest and largest amplitude: about a higher mode a displacement is
     small."""
-
     # proposal.py
     noise_longer: tuple[float, float, float, float, float] = (1.0, 2.0, 4.0, 8.0, 16.0)
     """Lengths of noise, and of a measured step, over those of the recordings."""
@@ -37,17 +35,14 @@ class Limits:
     """Peaks of noise over its rms."""
     noise_tolerance: float = 2e-4
     """What may be left of a transient; near a sharp resonance a model is held against a step as exactly as this."""
-
     # sensor_place.py
     on_beams: int = 12
     """Places along all beams together."""
     on_part: int = 16
     """Nodes of a part given by matrices, the most evenly spread."""
-
     # separation.py
     separation_sure: float = 1.28
     """Standard deviations that a test must have in hand, for nine in ten to part the models."""
-
     # sweeps.py
     sweeps_headroom: float = 0.8
     """Share of a converter's range that may be used."""
@@ -70,6 +65,9 @@ class Limits:
     """Half-power widths to each side of the resonances, with the joint linear and as soft as was measured."""
     sweeps_loudest: float = 2.0
     """Force over the largest that was used up to which the shaker is trusted."""
+    # plan.py
+    needed_log_evidence: float = 5.0
+    """Gain of log evidence by which a rival is told from the best."""
 
 
 LIMITS = Limits()

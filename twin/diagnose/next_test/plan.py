@@ -22,8 +22,6 @@ from twin.rehearsal import NominalRig, Rehearsed, open_twin, rehearse, rehearse_
 from twin.rigs import Rig
 
 PROCEDURE = "next.toml"
-NEEDED_LOG_EVIDENCE = 5.0
-"""Gain of log evidence by which a rival is told from the best."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +61,7 @@ def plan_next_test(
         return None
     report("looking for the test that tells the rivals apart")
     names = [model.name for model in models]
-    sensor = best_sensor_place(evidence, best, rivals, margin=NEEDED_LOG_EVIDENCE)
+    sensor = best_sensor_place(evidence, best, rivals, margin=LIMITS.needed_log_evidence)
     ranked = _ranked(runs, evidence, best, rivals)
     if not ranked:
         return None
@@ -106,7 +104,7 @@ def _ranked(
         if time_is_up():
             break
         data = [predict_test_data(evidence, truth, proposal) for truth in (best, *rivals)]
-        promise = least_promise(best, rivals, data, margin=NEEDED_LOG_EVIDENCE)
+        promise = least_promise(best, rivals, data, margin=LIMITS.needed_log_evidence)
         valued.append(_Valued(proposal=proposal, promise=promise))
     return sorted(valued, key=_shortest_that_suffices)
 

@@ -10,7 +10,7 @@ from recordings.run import Run
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.sweeps import sweep_bands
-from twin.identify.linear_model import DAMPED_MODES
+from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.measured_data import MeasuredData
 from twin.procedures import Procedure, Random, SteppedSine
 from twin.procedures.tables import Limits, Measure, Settle
@@ -91,7 +91,7 @@ def _first_noise(runs: Sequence[Run], evidence: MeasuredData) -> Iterator[Propos
         return
     run = next(run for run in runs if run.path == evidence.steps.states[0].run)
     rate = float(run.device_of(evidence.force).sample_rate_Hz)
-    highest = LIMITS.above_last * float(evidence.model.basis.omega[DAMPED_MODES - 1]) / (2 * np.pi)
+    highest = LIMITS.above_last * float(evidence.model.basis.omega[IDENTIFY.damped_modes - 1]) / (2 * np.pi)
     band = (LIMITS.noise_lowest_Hz, float(np.floor(min(highest, rate / LIMITS.noise_oversampled))))
     rms = min(
         LIMITS.noise_quiet * min(forces),

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.diagnose.fitted_model import FitProblem, FittedModel
+from twin.diagnose.limits import LIMITS as DIAGNOSE
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import PredictedData
-from twin.diagnose.posterior import TEMPERATURE
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +50,7 @@ def least_promise(
     promises = []
     for rival, if_rival in zip(rivals, data[1:], strict=True):
         # What the recordings say for the best must be made up for if the rival is true.
-        gap = (best.log_evidence - rival.log_evidence) / TEMPERATURE
+        gap = (best.log_evidence - rival.log_evidence) / DIAGNOSE.posterior_temperature
         # A model fits all that one within it makes: only its own data tell it from that.
         if not _contains(rival, best):
             promises.append(Promise(separation=separation(data[0], rival), needed=enough(margin - gap)))
@@ -75,7 +75,7 @@ def separation(predicted_data: PredictedData, rival: FittedModel) -> float:
         return 0.0
     follows = J.T @ r
     left = float(r @ r - follows @ np.linalg.solve(J.T @ J + rival.solution.information, follows))
-    return 0.5 * max(left, 0.0) / TEMPERATURE
+    return 0.5 * max(left, 0.0) / DIAGNOSE.posterior_temperature
 
 
 def enough(gap: float) -> float:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.next_test.limits import LIMITS
-from twin.identify.linear_model import DAMPED_MODES
+from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import by_resonance, same_resonance
@@ -65,7 +65,7 @@ def _other_modes(
     residual_model = ResidualModel(evidence, modification_of(evidence, model.hypotheses))
     motion = np.abs(residual_model.step_receptance(model.baseline, inner=False)[2].motion).max(axis=0)
     ranges = np.array([sensor.range for sensor in evidence.rig.response_sensors if sensor.channel in evidence.channels])
-    for mode, natural in enumerate(residual_model.model.basis.omega[:DAMPED_MODES] / (2 * np.pi), start=1):
+    for mode, natural in enumerate(residual_model.model.basis.omega[: IDENTIFY.damped_modes] / (2 * np.pi), start=1):
         if natural > highest_Hz or same_resonance(natural, used).any():
             continue
         f = np.linspace(

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from recordings.run import Run
-from twin.causes import FINDINGS
+from twin.cause_registry import FINDINGS
 from twin.diagnose.signals.clock import as_known, with_clock
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.sidebands import Sidebands, find_sidebands

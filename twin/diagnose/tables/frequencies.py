@@ -28,18 +28,13 @@ from twin.diagnose.result import IN_WORDS, Estimate, Misfit, NamedCause, Verdict
 from twin.diagnose.search import Search, search_causes
 from twin.diagnose.tables.felt import felt_causes
 from twin.diagnose.tables.limits import LIMITS
-from twin.diagnose.tables.result import FrequencyRow, HeldOut, TableDiagnosis, Tried
+from twin.diagnose.tables.result import FrequencyRow, HeldOutValues, TableDiagnosis, Tried
 from twin.diagnose.verdict import Posterior, decide, named_causes, posterior_of
 from twin.identify.base_fit import fit_base
 from twin.identify.error_model import SPREAD
 from twin.identify.frequency_model import FrequencyModel, check_modes, sound_errors
-from twin.identify.natural_frequencies import (
-    ASSUMED_STD,
-    MeasuredFrequencies,
-    StateFrequencies,
-    measured_frequencies,
-    sort_by_state,
-)
+from twin.identify.limits import LIMITS as IDENTIFY
+from twin.identify.natural_frequencies import MeasuredFrequencies, StateFrequencies, measured_frequencies, sort_by_state
 from twin.identify.rms import rms
 from twin.rigs import BeamPart, Rig
 from twin.rigs.beam import BeamRig
@@ -138,8 +133,8 @@ def _assumed(evidence: MeasuredFrequencies, felt: Mapping[str, Cause]) -> list[s
         assumed.append(f"The moduli are identified; before the data each is assumed to a factor of {factor:.2g}.")
     if not evidence.stated:
         assumed.append(
-            f"The table gives no std_Hz: each frequency is taken to be good to {100 * ASSUMED_STD:g} %, a figure that "
-            f"is itself right to within a factor of {np.exp(SPREAD):.0f}; all are off by the same factor."
+            f"The table gives no std_Hz: each frequency is taken to be good to {100 * IDENTIFY.assumed_std:g} %, "
+            f"a figure that is itself right to within a factor of {np.exp(SPREAD):.0f}; all are off by the same factor."
         )
     rare = ", ".join(f"{name} at {odds:g}" for name, odds in RARER_IN_FREQUENCIES.items() if name in felt)
     assumed.append(
@@ -231,7 +226,7 @@ class _Frequencies:
         )  # fmt: skip
 
     @property
-    def gain(self) -> HeldOut:
+    def gain(self) -> HeldOutValues:
         """Errors of what was held out."""
         factor = self.after.errors.steps.stiffness / 2 / self.evidence.model_std
 
@@ -247,7 +242,7 @@ class _Frequencies:
             J, covariance = self.after.solution.jacobian, self.after.solution.covariance
             leverage = np.einsum("nu,uv,nv->n", J, covariance, J)
             of_fit = rms(1 / np.sqrt(np.maximum(1 - leverage, 1e-6)))
-            return HeldOut(
+            return HeldOutValues(
                 rms(self.left_out[0]), rms(self.left_out[1]), floor(self.evidence.tables), how=how, of_fit=of_fit
             )
         before, after = (
@@ -255,7 +250,9 @@ class _Frequencies:
             for model in self.models
         )
         runs = tuple(dict.fromkeys(Path(table.path).name for table in self.kept))
-        return HeldOut(before, after, floor(self.kept), how="natural frequencies of the held-out tables", runs=runs)
+        return HeldOutValues(
+            before, after, floor(self.kept), how="natural frequencies of the held-out tables", runs=runs
+        )
 
     @property
     def tried(self) -> tuple[Tried, ...]:
@@ -310,8 +307,8 @@ class _Frequencies:
         if not evidence.stated:
             likely = 100 * self.after.errors.steps.stiffness / 2
             notes.append(
-                f"std_Hz is not given: {100 * ASSUMED_STD:g} % is assumed, known to a factor of {np.exp(SPREAD):.0f}; "
-                f"the model makes {likely:.2g} % the most probable"
+                f"std_Hz is not given: {100 * IDENTIFY.assumed_std:g} % is assumed, known to a factor of "
+                f"{np.exp(SPREAD):.0f}; the model makes {likely:.2g} % the most probable"
             )
         if self.after.hypotheses and self.after.dof < 2:
             freedom = f"{max(self.after.dof, 0)} degrees of freedom"

@@ -13,7 +13,6 @@ class Limits:
     heavy_sensor_kg: float = 0.005
     light_sensor_kg: float = 0.002
     """Mass of a sensor that frequencies feel, and of a miniature one."""
-
     # order_in_time.py
     confounded_order: float = 0.9
     """Rank correlation of amplitude with order in time beyond which a drift and a law of amplitude look alike."""
@@ -21,7 +20,6 @@ class Limits:
     """Highest order of the law beside which a drift or a jump is looked for."""
     least_deviations: float = 4.0
     """Standard deviations that a drift or a jump must have."""
-
     # sweeps.py
     most_steps: int = 20_000
     most_sweeps: int = 60

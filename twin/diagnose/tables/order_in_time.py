@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Drift:
+class FrequencyDrift:
     """A resonance that moves from sweep to sweep beside the law: its rate, and errors of sweeps left out."""
 
     rate_Hz: float
@@ -58,7 +58,7 @@ def find_jump(rows: Sequence[SweepRow], scale: float) -> Jump:
     return min(tried, key=lambda jump: jump.left_out)
 
 
-def find_drift(rows: Sequence[SweepRow], scale: float) -> Drift | None:
+def find_drift(rows: Sequence[SweepRow], scale: float) -> FrequencyDrift | None:
     """None where order in time and amplitude are the same thing."""
     amplitude, order = np.array([row.amplitude_m_per_s2 for row in rows]), np.array([float(row.order) for row in rows])
     if abs(float(spearmanr(amplitude, order).statistic)) > LIMITS.confounded_order:
@@ -66,7 +66,7 @@ def find_drift(rows: Sequence[SweepRow], scale: float) -> Drift | None:
     f = np.array([row.frequency_Hz for row in rows])
     _, without = _smooth(amplitude, f)
     columns, left_out = _smooth(amplitude, f, order - order.mean())
-    return Drift(*_last(columns, f, scale), without, left_out)
+    return FrequencyDrift(*_last(columns, f, scale), without, left_out)
 
 
 def _smooth(amplitude: Array, f: Array, *beside: Array) -> tuple[Array, Array]:

@@ -13,7 +13,7 @@ from twin.rigs.modal import ModalRig
 
 
 @dataclass(frozen=True)
-class HeldOut:
+class HeldOutValues:
     """Root-mean-square relative errors of values that no fit has seen, and the noise floor.
 
     Attributes
@@ -120,7 +120,7 @@ class TableDiagnosis:
     answer: str
     misfit: Misfit
     causes: tuple[NamedCause, ...]
-    gain: HeldOut | None
+    gain: HeldOutValues | None
     rows: tuple[FrequencyRow, ...] | tuple[SweepRow, ...]
     tried: tuple[Tried, ...]
     parameters: Mapping[str, tuple[float, Estimate]]

@@ -17,9 +17,10 @@ from recordings.errors import InputError
 from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict
 from twin.diagnose.tables.limits import LIMITS
-from twin.diagnose.tables.order_in_time import Drift, Jump, find_drift, find_jump
-from twin.diagnose.tables.result import HeldOut, SweepRow, TableDiagnosis
-from twin.identify.backbone import FREQUENCY_SCALE, Sweep, identify_backbone
+from twin.diagnose.tables.order_in_time import FrequencyDrift, Jump, find_drift, find_jump
+from twin.diagnose.tables.result import HeldOutValues, SweepRow, TableDiagnosis
+from twin.identify.backbone import BackboneSweep, identify_backbone
+from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.modal_prediction import predict_held
 from twin.identify.rms import rms
 from twin.rigs.modal import LevelFit, ModalLaw
@@ -28,11 +29,11 @@ Array = NDArray[np.float64]
 
 
 def diagnose_sweeps(
-    sweeps: Sequence[Sweep],
+    sweeps: Sequence[BackboneSweep],
     *,
     path: str | Path,
     rig_name: str,
-    held_out: Sequence[Sweep] = (),
+    held_out: Sequence[BackboneSweep] = (),
     held_out_paths: Sequence[str | Path] = (),
     channel: str = "acc1",
     source: str = "",
@@ -67,7 +68,7 @@ def diagnose_sweeps(
         for k, (sweep, level) in enumerate(zip(sweeps, levels, strict=True))
     ]
     inner = [row for row in rows if row.inside]
-    scale = FREQUENCY_SCALE * float(np.mean([row.frequency_Hz for row in rows]))
+    scale = IDENTIFY.frequency_scale * float(np.mean([row.frequency_Hz for row in rows]))
     drift = find_drift(rows, scale)
     errors = np.array([row.shift_Hz for row in inner])
     quiet = np.array([row.shift_Hz for row in inner if not row.shifted])
@@ -105,8 +106,8 @@ def diagnose_sweeps(
             ),
         },
         assumed=(
-            f"A sweep's resonance repeats to {100 * FREQUENCY_SCALE:g} % ({1e3 * scale:.0f} mHz), what a bolted beam "
-            "reaches without being taken apart; the misfit is in units of it.",
+            f"A sweep's resonance repeats to {100 * IDENTIFY.frequency_scale:g} % ({1e3 * scale:.0f} mHz), what a "
+            "bolted beam reaches without being taken apart; the misfit is in units of it.",
             "Sweeps were run in the order of the file.  The table has no time, so a drift can be stated per sweep "
             "only.",
             "Of the rig its name and the channel's are taken: a table of one mode needs no mesh.",
@@ -117,7 +118,7 @@ def diagnose_sweeps(
     )  # fmt: skip
 
 
-def _check(sweeps: Sequence[Sweep], path: str | Path) -> None:
+def _check(sweeps: Sequence[BackboneSweep], path: str | Path) -> None:
     steps = sum(len(sweep.frequency_Hz) for sweep in sweeps)
     if len(sweeps) < 5 or min(len(sweep.frequency_Hz) for sweep in sweeps) < 5:
         raise InputError(path, "", f"holds {len(sweeps)} sweeps", "a diagnosis needs at least five of five steps each")
@@ -137,7 +138,7 @@ def _check(sweeps: Sequence[Sweep], path: str | Path) -> None:
             )  # fmt: skip
 
 
-def _row(k: int, sweep: Sweep, level: LevelFit, law: ModalLaw, by_amplitude: Sequence[int]) -> SweepRow:
+def _row(k: int, sweep: BackboneSweep, level: LevelFit, law: ModalLaw, by_amplitude: Sequence[int]) -> SweepRow:
     return SweepRow(
         sweep=sweep.level,
         order=k + 1,
@@ -152,14 +153,14 @@ def _row(k: int, sweep: Sweep, level: LevelFit, law: ModalLaw, by_amplitude: Seq
     )
 
 
-def _force_error(sweep: Sweep, law: ModalLaw, frequency_Hz: float, damping: float) -> Array:
+def _force_error(sweep: BackboneSweep, law: ModalLaw, frequency_Hz: float, damping: float) -> Array:
     """Relative error of the force by a linear mode."""
     knots = len(law.amplitude_m_per_s2)
     own = law.model_copy(update={"frequency_Hz": [frequency_Hz] * knots, "damping_ratio": [damping] * knots})
     return np.asarray(predict_held(own, sweep.frequency_Hz, sweep.acceleration_m_per_s2).force_N / sweep.force_N - 1)
 
 
-def _causes(drift: Drift) -> tuple[NamedCause, ...]:
+def _causes(drift: FrequencyDrift) -> tuple[NamedCause, ...]:
     """A drift's names: a loose bolt and a warming beam look alike in one mode; only the latter also goes up."""
     names = ["preload-loss", "temperature-drift"] if drift.rate_Hz < 0 else ["temperature-drift"]
     return tuple(
@@ -222,7 +223,9 @@ def _where(inner: Sequence[SweepRow], path: str | Path) -> list[dict[str, Any]]:
     ]
 
 
-def _gain(sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw, drift: Drift | None) -> HeldOut:
+def _gain(
+    sweeps: Sequence[BackboneSweep], rows: Sequence[SweepRow], law: ModalLaw, drift: FrequencyDrift | None
+) -> HeldOutValues:
     """Errors of the force over sweeps between the lowest and the highest, each predicted from all others."""
     inner = [row for row in rows if row.inside]
     floor = rms(np.array([row.own_error for row in inner]))
@@ -238,23 +241,23 @@ def _gain(sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw, drif
                     predicted = row.frequency_Hz - float(errors[row.order - 1])
                     column.append(rms(_force_error(sweep, law, predicted, damping)))
         before, after = (rms(np.array(column)) for column in columns)
-    return HeldOut(before, after, floor, how=how, sweeps=names)
+    return HeldOutValues(before, after, floor, how=how, sweeps=names)
 
 
-def _on_held_out(sweeps: Sequence[Sweep], paths: Sequence[str | Path], law: ModalLaw) -> HeldOut:
+def _on_held_out(sweeps: Sequence[BackboneSweep], paths: Sequence[str | Path], law: ModalLaw) -> HeldOutValues:
     """Errors of the force by the law of all sweeps; a drift cannot be applied to sweeps of another table."""
     errors = [predict_held(law, s.frequency_Hz, s.acceleration_m_per_s2).force_N / s.force_N - 1 for s in sweeps]
     error = rms(np.concatenate(errors))
     names = tuple(sweep.level for sweep in sweeps)
     runs, how = tuple(Path(path).name for path in paths), "sweeps of the held-out tables"
-    return HeldOut(error, error, law.force_relative_std, how=how, runs=runs, sweeps=names)
+    return HeldOutValues(error, error, law.force_relative_std, how=how, runs=runs, sweeps=names)
 
 
 def _notes(
-    sweeps: Sequence[Sweep],
+    sweeps: Sequence[BackboneSweep],
     rows: Sequence[SweepRow],
     law: ModalLaw,
-    drift: Drift | None,
+    drift: FrequencyDrift | None,
     jump: Jump,
     quiet: Array,
     scale: float,
@@ -287,13 +290,13 @@ def _notes(
     return [note for note in notes if note]
 
 
-def _shift_alone(sweep: Sweep, row: SweepRow, law: ModalLaw) -> float:
+def _shift_alone(sweep: BackboneSweep, row: SweepRow, law: ModalLaw) -> float:
     """Error of the force with the sweep's own resonance and the law's damping."""
     damping = float(np.interp(row.amplitude_m_per_s2, law.amplitude_m_per_s2, law.damping_ratio))
     return rms(_force_error(sweep, law, row.frequency_Hz, damping))
 
 
-def _by_range(sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw) -> str:
+def _by_range(sweeps: Sequence[BackboneSweep], rows: Sequence[SweepRow], law: ModalLaw) -> str:
     """Errors of the law fitted to all sweeps, by range of frequency about each sweep's resonance."""
     parts: dict[str, list[Array]] = {"below": [], "at": [], "above": []}
     for sweep, row in zip(sweeps, rows, strict=True):

@@ -6,27 +6,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.limits import LIMITS
 from twin.identify.modes.noise import noise_of_residual, noise_of_responses
 from twin.identify.modes.rational import ChartPole, pole_chart
 from twin.identify.modes.refinement import PoleFit, refine_poles
-from twin.identify.modes.stabilisation import LARGEST_DAMPING, StableGroup, stable_groups
+from twin.identify.modes.stabilisation import StableGroup, stable_groups
 
 Array = NDArray[Any]
 
 HIGHEST_ORDER = 60
 LEAST_LINES = 20
-WINDOW = 4.0
-"""Ratio of the ends of the narrower bands."""
-ROUNDS = 2
-"""Of looking for modes in what is left, with a better estimate of the noise each time."""
-SAME = 0.5
-"""Two poles this share of a damping ratio apart, relative to their frequency, are one mode."""
-NARROWEST = 0.1
-"""Least half-width of a mode, in line spacings."""
-VAGUE = 0.5
-"""Relative standard deviation of a damping from which on a pole is no mode."""
-NEEDED = 3.0
-"""A mode stays if it lowers chi-square by this many times what Schwarz's criterion asks for its parameters."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +99,7 @@ def fit_modes(
     if not groups:
         raise ValueError("no pole is stable over the orders: no mode in this band, or too much noise")
     groups, fit = _worth_their_parameters(frequency_Hz, H, weight, groups)
-    for _ in range(ROUNDS):
+    for _ in range(LIMITS.fit_rounds):
         if not known:  # what the fit leaves tells the noise better than the responses do
             weight = _weight(noise_of_residual(H - fit.responses(omega), fit.responses(omega)))
         missed = _candidate_poles(frequency_Hz, H - fit.responses(omega), weight, highest_order)[1]
@@ -129,7 +118,7 @@ def fit_modes(
             share=groups[r].share,
         )
         for r, (w, z) in enumerate(zip(fit.omega, fit.zeta, strict=True))
-        if frequency_Hz[0] <= w / (2 * np.pi) <= frequency_Hz[-1] and z < LARGEST_DAMPING
+        if frequency_Hz[0] <= w / (2 * np.pi) <= frequency_Hz[-1] and z < LIMITS.largest_damping
     ]  # fmt: skip
     return ModalFit(
         modes=tuple(sorted(modes, key=lambda mode: mode.frequency_Hz)), fit=fit,
@@ -155,14 +144,14 @@ def _candidate_poles(
     chart = pole_chart(frequency_Hz, H, weight, orders=whole)
     groups = _together(stable_groups(chart), stable_groups(pole_chart(frequency_Hz, H, even, orders=whole)))
     low = float(frequency_Hz[0])
-    while low * WINDOW < frequency_Hz[-1] * np.sqrt(WINDOW):
-        inside = (frequency_Hz >= low) & (frequency_Hz <= low * WINDOW)
+    while low * LIMITS.fit_window < frequency_Hz[-1] * np.sqrt(LIMITS.fit_window):
+        inside = (frequency_Hz >= low) & (frequency_Hz <= low * LIMITS.fit_window)
         narrow = orders(int(inside.sum()), highest_order // 2)
         if inside.sum() >= LEAST_LINES:
             found = stable_groups(pole_chart(frequency_Hz[inside], H[inside], weight[inside], orders=narrow))
             ends = frequency_Hz[inside][0], frequency_Hz[inside][-1]
             groups = _together(groups, [g for g in found if ends[0] < g.frequency_Hz < ends[1]])
-        low *= np.sqrt(WINDOW)
+        low *= np.sqrt(LIMITS.fit_window)
     return chart, groups
 
 
@@ -175,7 +164,10 @@ def _together(one: list[StableGroup], other: list[StableGroup]) -> list[StableGr
     """Both lists' modes, those of the first where both have one."""
     new = [
         g for g in other
-        if all(abs(g.frequency_Hz - k.frequency_Hz) > SAME * max(k.damping_ratio, 1e-5) * k.frequency_Hz for k in one)
+        if all(
+            abs(g.frequency_Hz - k.frequency_Hz) > LIMITS.fit_same * max(k.damping_ratio, 1e-5) * k.frequency_Hz
+            for k in one
+        )
     ]  # fmt: skip
     return sorted([*one, *new], key=lambda g: g.frequency_Hz)
 
@@ -198,7 +190,7 @@ def _worth_their_parameters(
             **options,
         )  # fmt: skip
 
-    price = NEEDED * (2 + 2 * H.shape[1]) * np.log(2 * H.size)
+    price = LIMITS.fit_needed * (2 + 2 * H.shape[1]) * np.log(2 * H.size)
     first = fitted(groups, iterations=0)
     plain = _contributions(frequency_Hz, weight, first) / max(1.0, first.chi2 / first.dof) > price
     groups = [group for group, worth in zip(groups, plain, strict=True) if worth] or groups
@@ -223,7 +215,7 @@ def _unresolved(frequency_Hz: Array, fit: PoleFit) -> Array:
     m = len(f)
     sigma = np.sqrt(np.diag(fit.covariance)[m:] * max(1.0, fit.chi2 / fit.dof))
     inside = (f > frequency_Hz[0]) & (f < frequency_Hz[-1])
-    return np.asarray(inside & ((fit.zeta * f < NARROWEST * spacing) | (sigma > VAGUE)))
+    return np.asarray(inside & ((fit.zeta * f < LIMITS.fit_narrowest * spacing) | (sigma > LIMITS.fit_vague)))
 
 
 def _contributions(frequency_Hz: Array, weight: Array, fit: PoleFit) -> Array:

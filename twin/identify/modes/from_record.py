@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.broadband import BinnedResponse, bin_response, find_resonances
+from twin.identify.limits import LIMITS
 from twin.identify.modes.fit import ModalFit, fit_modes
 from twin.identify.spectrum import BroadbandRecord, h1
 
 Array = NDArray[Any]
 
-AVERAGES = 12.0
-"""Stretches of the first estimate."""
 ROUNDS = 2
 
 
@@ -48,7 +47,7 @@ def modes_of_record(
     """
     resonances, excited = find_resonances(record, force=force, channels=channels)
     band = excited if band_Hz is None else np.array([max(band_Hz[0], excited[0]), min(band_Hz[1], excited[1])])
-    rough = h1(record, force=force, resolution_Hz=AVERAGES / record.duration_s)
+    rough = h1(record, force=force, resolution_Hz=LIMITS.from_record_averages / record.duration_s)
     inside = (rough.frequency_Hz > max(band[0], 0.0)) & (rough.frequency_Hz < band[1])
     fit = fit_modes(rough.frequency_Hz[inside], np.stack([rough.H[c][inside] for c in channels], axis=1))
     for _ in range(ROUNDS):

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from twin.identify.limits import LIMITS
+
 Array = NDArray[Any]
 
-SURROUNDINGS, SPACING = 201, 10
-"""Lines over which noise is taken to be alike, and at every how many of them it is looked at."""
 PARTS = 30
 MEDIAN = float(np.log(2))
 """Of an exponential variable with mean one."""
@@ -43,8 +43,8 @@ def noise_of_residual(residual: Array, model: Array) -> Array:
 def _local(square: Array) -> Array:
     """Mean of exponentially distributed squares around each line, by their median."""
     lines = np.arange(len(square))
-    window = min(SURROUNDINGS, len(square))
-    places = np.unique(np.append(lines[::SPACING], len(square) - 1))
+    window = min(LIMITS.noise_surroundings, len(square))
+    places = np.unique(np.append(lines[:: LIMITS.noise_spacing], len(square) - 1))
     starts = np.clip(places - window // 2, 0, len(square) - window)
     median = np.array([np.median(square[start : start + window], axis=0) for start in starts]) / MEDIAN
     return np.stack([np.interp(lines, places, column) for column in median.T], axis=1)

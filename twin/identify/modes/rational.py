@@ -17,12 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[Any]
+from twin.identify.limits import LIMITS
 
-CHUNK = 4096
-"""Lines that are summed at once."""
-EDGE = 0.98
-"""Share of the unit half circle that the band takes: a pole at its very end would be real."""
+Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
@@ -55,7 +52,7 @@ def pole_chart(frequency_Hz: Array, H: Array, weight: Array, *, orders: Sequence
     """
     last = max(orders)
     low, high = float(frequency_Hz[0]), float(frequency_Hz[-1])
-    dt = EDGE / (2 * high)
+    dt = LIMITS.rational_edge / (2 * high)
     R, S, T = _normal_matrices(2 * np.pi * frequency_Hz * dt, H, weight, last)
     chart = []
     for order in sorted(orders):
@@ -79,8 +76,8 @@ def _normal_matrices(angle: Array, H: Array, weight: Array, order: int) -> tuple
     """R, S and T of all outputs, (o, n, n)."""
     outputs, n = H.shape[1], order + 1
     R, S, T = (np.zeros((outputs, n, n)) for _ in range(3))
-    for start in range(0, len(angle), CHUNK):
-        piece = slice(start, start + CHUNK)
+    for start in range(0, len(angle), LIMITS.rational_chunk):
+        piece = slice(start, start + LIMITS.rational_chunk)
         Z = np.exp(1j * np.outer(angle[piece], np.arange(n)))
         for o in range(outputs):
             w, h = weight[piece, o], H[piece, o]

@@ -14,14 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.limits import LIMITS
+
 Array = NDArray[Any]
 
 REMAINDERS = 3
 ITERATIONS, TOLERANCE = 40, 1e-9
-DEPENDENT = 1e-13
-"""Singular value over the largest below which residues count as dependent."""
-LARGEST_STEP = 0.5
-"""Of a step of log damping; of log frequency in half-widths."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +94,7 @@ def refine_poles(
             except np.linalg.LinAlgError:
                 damping *= 4
                 continue
-            step *= min(1.0, LARGEST_STEP / max(_size(step, x), 1e-300))
+            step *= min(1.0, LIMITS.largest_step / max(_size(step, x), 1e-300))
             trial = _Projection.at(x + step, w, H, weight)
             if trial.chi2 < here.chi2:
                 break
@@ -149,7 +147,7 @@ class _Projection:
             Q, R = np.linalg.qr(A)
             # Where poles meet, rounding would choose the directions of no weight: these are left out.
             U, size, V = np.linalg.svd(R)
-            kept = size > DEPENDENT * size[0]
+            kept = size > LIMITS.refinement_dependent * size[0]
             Q = Q @ U[:, kept]
             y = _stacked((g * h)[:, None])[:, 0]
             c = V[kept].T @ (Q.T @ y / size[kept]) / norm

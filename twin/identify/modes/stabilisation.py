@@ -6,16 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from twin.identify.limits import LIMITS
 from twin.identify.modes.rational import ChartPole
-
-FREQUENCY_TOLERANCE, DAMPING_TOLERANCE = 0.003, 0.15
-"""Relative changes from one order to the next that a stable pole may have."""
-WIDEST_HALF_WIDTHS = 2.0
-"""Poles of different orders belong together if they are this many damping ratios apart, or the tolerance."""
-LARGEST_DAMPING = 0.2
-"""A pole damped more than this makes up for what lies outside the band, and is no mode."""
-SHARE = 0.4
-"""Least share of the orders, from its first on, in which a mode must be stable."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +26,7 @@ def stable_poles(chart: Sequence[ChartPole]) -> list[ChartPole]:
     by_order = {order: [pole for pole in chart if pole.order == order] for order in orders}
     for below, order in itertools.pairwise(orders):
         for pole in by_order[order]:
-            if pole.damping_ratio < LARGEST_DAMPING and any(_alike(pole, other) for other in by_order[below]):
+            if pole.damping_ratio < LIMITS.largest_damping and any(_alike(pole, other) for other in by_order[below]):
                 stable.append(pole)
     return stable
 
@@ -52,7 +44,7 @@ def stable_groups(chart: Sequence[ChartPole]) -> list[StableGroup]:
         possible = [order for order in orders if order >= min(seen)]
         # A mode that only the last few orders show has not had its chance to prove stable.
         share = len(seen) / max(len(possible), len(orders) // 2)
-        if share >= SHARE:
+        if share >= LIMITS.stabilisation_share:
             frequency, damping = (
                 float(np.median([getattr(pole, name) for pole in group])) for name in ("frequency_Hz", "damping_ratio")
             )
@@ -62,12 +54,12 @@ def stable_groups(chart: Sequence[ChartPole]) -> list[StableGroup]:
 
 def _alike(one: ChartPole, other: ChartPole) -> bool:
     return (
-        abs(one.frequency_Hz - other.frequency_Hz) < FREQUENCY_TOLERANCE * one.frequency_Hz
-        and abs(one.damping_ratio - other.damping_ratio) < DAMPING_TOLERANCE * one.damping_ratio
+        abs(one.frequency_Hz - other.frequency_Hz) < LIMITS.frequency_tolerance * one.frequency_Hz
+        and abs(one.damping_ratio - other.damping_ratio) < LIMITS.damping_tolerance * one.damping_ratio
     )
 
 
 def _reach(group: Sequence[ChartPole]) -> float:
     """How far the next member may be, Hz."""
-    width = WIDEST_HALF_WIDTHS * float(np.median([pole.damping_ratio for pole in group]))
-    return min(width, FREQUENCY_TOLERANCE) * group[-1].frequency_Hz
+    width = LIMITS.widest_half_widths * float(np.median([pole.damping_ratio for pole in group]))
+    return min(width, LIMITS.frequency_tolerance) * group[-1].frequency_Hz

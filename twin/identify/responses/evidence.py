@@ -11,15 +11,9 @@ from numpy.typing import NDArray
 from recordings.errors import InputError
 from recordings.responses import Responses
 from twin.identify.broadband import BinnedResponse
+from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.linear_fit import LinearFit, highest_Hz
-from twin.identify.linear_model import (
-    DAMPED_MODES,
-    LinearModel,
-    LinearParameters,
-    Output,
-    build_linear_model,
-    nominal_parameters,
-)
+from twin.identify.linear_model import LinearModel, LinearParameters, Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import MeasuredData, no_steps, reference_output
 from twin.identify.responses.following import Followed, follow
 from twin.identify.responses.limits import LIMITS
@@ -30,8 +24,6 @@ from twin.rigs import Rig
 __all__ = ["Gathered", "gather_responses"]
 
 Real = NDArray[np.float64]
-LOWEST = 0.3
-"""Of the band, over the first natural frequency: below it a structure that is held hardly answers."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +88,7 @@ def gather_responses(
     channels = [output.channel for output in outputs]
     model = build_linear_model(rig, list(outputs), preload=preload)
     nominal = nominal_parameters(rig, preload)
-    band = (LOWEST * float(model.basis.omega[0]) / (2 * np.pi), highest_Hz(model))
+    band = (LIMITS.evidence_lowest * float(model.basis.omega[0]) / (2 * np.pi), highest_Hz(model))
     fits = []
     for case in cases:
         data = reduce_responses(case.path, case.matched, channels, band_Hz=band)
@@ -115,7 +107,7 @@ def gather_responses(
         shape_error=LIMITS.shape_again if all(output.modal_factor for output in outputs) else LIMITS.shape,
     )  # fmt: skip
     first, last = max(run.frequency_Hz[0] for run in runs), min(run.frequency_Hz[-1] for run in runs)
-    shown_Hz = model.basis.omega[:DAMPED_MODES] / (2 * np.pi) * np.sqrt(1 + 2 * base.frequency_discrepancy)
+    shown_Hz = model.basis.omega[: IDENTIFY.damped_modes] / (2 * np.pi) * np.sqrt(1 + 2 * base.frequency_discrepancy)
     std = np.mean([fit.damping_std for _, fit in fits], axis=0) / len(fits) ** 0.5
     return Gathered(evidence, told, factors, (shown_Hz > first) & (shown_Hz < last), known, std)
 
@@ -175,7 +167,7 @@ def _scatter(runs: Sequence[BinnedResponse], model: LinearModel) -> float | None
     """Of the natural frequencies that the cases show, if these are enough."""
     if len(runs) < LIMITS.known_cases:
         return None
-    shown = model.basis.omega[:DAMPED_MODES] / (2 * np.pi) < runs[0].frequency_Hz[-1]
+    shown = model.basis.omega[: IDENTIFY.damped_modes] / (2 * np.pi) < runs[0].frequency_Hz[-1]
     offsets = np.array([np.asarray(run.frequency_offset)[shown] for run in runs])
     return max(LIMITS.scatter, float(np.sqrt(np.sum(offsets**2) / (offsets.shape[1] * (len(runs) - 1)))))
 

@@ -14,20 +14,14 @@ from numpy.typing import NDArray
 
 from twin.identify.broadband import BinnedResponse
 from twin.identify.gauss_newton import minimise
+from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.linear_fit import on_the_resonances
-from twin.identify.linear_model import DAMPED_MODES, LinearModel, LinearParameters
+from twin.identify.linear_model import LinearModel, LinearParameters
+from twin.identify.responses.limits import LIMITS
 
 __all__ = ["Followed", "follow"]
 
 Array = NDArray[Any]
-
-FREQUENCY, DAMPING, SHOWN = 0.02, 0.7, 0.4
-"""Standard deviations beforehand, about the resonances that show: of frequencies, and of the logarithms of damping
-ratios and of what is shown of each mode."""
-LOOSE, TIGHT = 0.1, 0.01
-"""Relative model errors with which the fit begins and ends."""
-LARGEST_STEP = 0.005, 0.5, 0.5
-"""Of the same in one iteration."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +37,7 @@ class Followed:
     damping_std : ndarray, (m,)
         Of the logarithms of the damping ratios.
     chi2_per_dof : float
-        With :data:`TIGHT` model errors.
+        With :data:`LIMITS.following_tight` model errors.
     """
 
     base: LinearParameters
@@ -54,7 +48,7 @@ class Followed:
 
 def follow(model: LinearModel, data: BinnedResponse, nominal: LinearParameters) -> Followed:
     """Fit the modes of a binned response, from the model's on the resonances that show."""
-    m, outputs = DAMPED_MODES, model.outputs
+    m, outputs = IDENTIFY.damped_modes, model.outputs
     known = np.ones((len(outputs), m))
     for row, output in zip(known, outputs, strict=True):
         row[: len(output.modal_factor)] = output.modal_factor
@@ -67,8 +61,8 @@ def follow(model: LinearModel, data: BinnedResponse, nominal: LinearParameters) 
     blocks = start.blocks(start.joints)
     columns = np.r_[blocks["frequency_discrepancy"], blocks["log_zeta"]]
     vector, x = start.vector, np.concatenate([start.vector[columns], np.log(known).ravel()])
-    size = np.repeat([FREQUENCY, DAMPING, SHOWN], [m, m, known.size])
-    largest = np.repeat(LARGEST_STEP, [m, m, known.size])
+    size = np.repeat([LIMITS.following_frequency, LIMITS.following_damping, LIMITS.following_shown], [m, m, known.size])
+    largest = np.repeat(LIMITS.largest_step, [m, m, known.size])
 
     def parts(x: Array) -> tuple[LinearModel, LinearParameters]:
         whole = vector.copy()
@@ -79,7 +73,7 @@ def follow(model: LinearModel, data: BinnedResponse, nominal: LinearParameters) 
         return model.with_outputs(outs, [drive]), LinearParameters.from_vector(whole)
 
     solution = None
-    for error in (LOOSE, TIGHT):
+    for error in (LIMITS.following_loose, LIMITS.following_tight):
         noise = np.sqrt(np.einsum("boo->bo", data.relative_covariance).real + (error * data.depth) ** 2)
 
         def evaluate(x: Array, noise: Array = noise) -> tuple[Array, Array]:

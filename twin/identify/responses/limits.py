@@ -33,6 +33,53 @@ class Limits:
     """Least relative scatter of natural frequencies from one assembly to the next: two kelvin, and the same torque."""
     known_cases: int = 3
     """Fewest responses of one state from which a scatter is told."""
+    # evidence.py
+    evidence_lowest: float = 0.3
+    """Of the band, over the first natural frequency: below it a structure that is held hardly answers."""
+    # following.py
+    following_frequency: float = 0.02
+    following_damping: float = 0.7
+    following_shown: float = 0.4
+    """Standard deviations beforehand, about the resonances that show: of frequencies, and of the logarithms of damping
+    ratios and of what is shown of each mode."""
+    following_loose: float = 0.1
+    following_tight: float = 0.01
+    """Relative model errors with which the fit begins and ends."""
+    largest_step: tuple[float, float, float] = 0.005, 0.5, 0.5
+    """Of the same in one iteration."""
+    # matching.py
+    matching_along: float = 0.9
+    """Cosine from which on two directions are one."""
+    # modal_tables.py
+    looked_at: int = 12
+    """First modes of the model among which a measured one is looked for."""
+    modal_tables_farthest: float = 0.3
+    least_mac: float = 0.5
+    """Logarithm of frequencies, and modal assurance criterion, from which on two modes are no pair."""
+    modal_tables_rounds: int = 3
+    """Of pairing and of updating, one from the other."""
+    # parameters.py
+    parameters_modulus: float = 0.05
+    parameters_density: float = 0.01
+    parameters_spring: float = 0.7
+    parameters_joint: float = 0.3
+    """Standard deviations of logarithms beforehand: a data sheet's modulus, a weighed part's density, a spring that was
+    guessed to a factor of two, a joint."""
+    least_clamp: float = 1e-6
+    """Below it a clamp is rigid."""
+    # reduction.py
+    reduction_orders: tuple[int, int] = (2, 1)
+    """Of the polynomials above and below."""
+    # updating.py
+    updating_model: float = 1e-3
+    """Relative error of a natural frequency that a good model keeps when all its numbers are right."""
+    updating_rounds: int = 2
+    """Of following the resonances and of updating, one from the other."""
+    updating_shape: float = 0.05
+    updating_gain: float = 0.05
+    """Relative error of a modal constant of a good model, and of a sensor's sensitivity beside the force's."""
+    updating_told: float = 0.7
+    """Standard deviation over the one beforehand up to which the data tell a number."""
 
 
 LIMITS = Limits()

@@ -17,8 +17,6 @@ from twin.rigs.node_tables import read_node_table
 
 __all__ = ["Matched", "match_responses"]
 
-ALONG = 0.9
-"""Cosine from which on two directions are one."""
 Vector = tuple[float, float, float]
 
 
@@ -120,7 +118,7 @@ def _sign(end: End, place: Place) -> float:
     if not end.direction:
         return 1.0
     along = cosine(end.direction, place.direction)
-    return float(np.sign(along)) if abs(along) >= ALONG else 0.0
+    return float(np.sign(along)) if abs(along) >= LIMITS.matching_along else 0.0
 
 
 def _points(rig: Rig, places: Sequence[Place]) -> list[Vector]:

@@ -13,9 +13,8 @@ from twin.identify.estimate import Estimate
 from twin.identify.responses.limits import LIMITS
 from twin.identify.responses.parameters import parameters_of
 from twin.identify.responses.updating import (
-    MODEL,
     FrequencyPair,
-    Modes,
+    MatchedModes,
     Updated,
     applied,
     fit_parameters,
@@ -32,13 +31,6 @@ __all__ = ["update_to_modes"]
 Array = NDArray[Any]
 Where = list[tuple[int, int, Place]]
 """Rows of a shape, axes in it, and the rig's places."""
-
-LOOKED_AT = 12
-"""First modes of the model among which a measured one is looked for."""
-FARTHEST, LEAST_MAC = 0.3, 0.5
-"""Logarithm of frequencies, and modal assurance criterion, from which on two modes are no pair."""
-ROUNDS = 3
-"""Of pairing and of updating, one from the other."""
 
 
 def update_to_modes(file: Responses, rig: Rig, *, preload: str | None = None, scatter: float | None = None) -> Updated:
@@ -59,9 +51,9 @@ def update_to_modes(file: Responses, rig: Rig, *, preload: str | None = None, sc
     rig = with_rest(rig, [], {}, known, known)
     where = _where(file, rig)
     parameters, measured = parameters_of(rig, state), [mode for mode in file.modes if mode.frequency_Hz > 0]
-    before = modes_of(rig, state, [place for *_, place in where], count=LOOKED_AT)
+    before = modes_of(rig, state, [place for *_, place in where], count=LIMITS.looked_at)
     x, covariance, after = np.array([p.start for p in parameters]), np.zeros((len(parameters),) * 2), before
-    for _ in range(ROUNDS if parameters else 1):
+    for _ in range(LIMITS.modal_tables_rounds if parameters else 1):
         pairs = _pairs(measured, after, where)
         if not pairs:
             raise InputError(file.path, "data set 55", "none of its modes is near one of the rig's", "is it this rig?")
@@ -69,13 +61,13 @@ def update_to_modes(file: Responses, rig: Rig, *, preload: str | None = None, sc
         Hz = np.array([mode.frequency_Hz for _, mode in pairs])
 
         def misfit(trial: Rig, _: Array, numbers: Array = numbers, Hz: Array = Hz) -> Array:
-            model = modes_of(trial, state, [], count=LOOKED_AT)
-            return np.asarray(np.log(Hz / model.Hz[numbers]) / np.hypot(known, MODEL))
+            model = modes_of(trial, state, [], count=LIMITS.looked_at)
+            return np.asarray(np.log(Hz / model.Hz[numbers]) / np.hypot(known, LIMITS.updating_model))
 
         if parameters:
             x, covariance = fit_parameters(rig, parameters, misfit, x)
         updated = applied(rig, parameters, x)
-        after = modes_of(updated, state, [place for *_, place in where], count=LOOKED_AT)
+        after = modes_of(updated, state, [place for *_, place in where], count=LIMITS.looked_at)
     shown = tuple(
         FrequencyPair(
             number + 1, mode.frequency_Hz, float(before.Hz[number]), float(after.Hz[number]),
@@ -126,12 +118,12 @@ def _beside(beam: BeamPart, point: Array) -> tuple[float, float]:
     return at, float(np.linalg.norm(point - start - at * axis))
 
 
-def _pairs(measured: list[FoundModes], model: Modes, where: Where) -> list[tuple[int, FoundModes]]:
+def _pairs(measured: list[FoundModes], model: MatchedModes, where: Where) -> list[tuple[int, FoundModes]]:
     """Each measured mode with the number of the model's that is most like it, each of those once."""
     cost = np.array([
         [
-            abs(np.log(mode.frequency_Hz / Hz)) / FARTHEST
-            + (1 - (_alike(mode, model, number, where) or 1.0)) / LEAST_MAC
+            abs(np.log(mode.frequency_Hz / Hz)) / LIMITS.modal_tables_farthest
+            + (1 - (_alike(mode, model, number, where) or 1.0)) / LIMITS.least_mac
             for number, Hz in enumerate(model.Hz)
         ]
         for mode in measured
@@ -144,7 +136,7 @@ def _pairs(measured: list[FoundModes], model: Modes, where: Where) -> list[tuple
     return sorted(found, key=lambda pair: pair[0])
 
 
-def _alike(mode: FoundModes, model: Modes, number: int, where: Where) -> float | None:
+def _alike(mode: FoundModes, model: MatchedModes, number: int, where: Where) -> float | None:
     """MAC of a measured shape with the model's; None without two numbers to compare."""
     if len(where) < 2:
         return None

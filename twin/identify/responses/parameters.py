@@ -7,17 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from twin.identify.responses.limits import LIMITS
 from twin.rigs import BeamPart, Preload, Rig, StructureRig
 
 __all__ = ["UpdatedParameter", "parameters_of"]
 
-MODULUS, DENSITY, SPRING, JOINT = 0.05, 0.01, 0.7, 0.3
-"""Standard deviations of logarithms beforehand: a data sheet's modulus, a weighed part's density, a spring that was
-guessed to a factor of two, a joint."""
 CLAMP = 0.03
 """The same of a clamp's rotation per moment, over the beam's own, L / EI; none is the likeliest."""
-LEAST_CLAMP = 1e-6
-"""Below it a clamp is rigid."""
 
 
 @dataclass(frozen=True)
@@ -65,25 +61,49 @@ def parameters_of(rig: Rig, preload: str) -> tuple[UpdatedParameter, ...]:
                     f"youngs_modulus {part.name}",
                     "N/m2",
                     part.youngs_modulus,
-                    MODULUS,
+                    LIMITS.parameters_modulus,
                     _of("part", number, "youngs_modulus"),
                 )
-                factor(f"density {part.name}", "kg/m3", part.density, DENSITY, _of("part", number, "density"))
+                factor(
+                    f"density {part.name}",
+                    "kg/m3",
+                    part.density,
+                    LIMITS.parameters_density,
+                    _of("part", number, "density"),
+                )
         for number, support in enumerate(rig.support):
             for dof, value in support.stiffness.items():
                 name = f"support {support.part} {dof}"
-                factor(name, "N/m" if len(dof) == 1 else "Nm/rad", value, SPRING, _spring("support", number, dof))
+                factor(
+                    name,
+                    "N/m" if len(dof) == 1 else "Nm/rad",
+                    value,
+                    LIMITS.parameters_spring,
+                    _spring("support", number, dof),
+                )
             beam = rig.layout().part(support.part)
             if "rz" in support.fix and isinstance(beam, BeamPart):
                 found.append(_clamp(number, beam))
         for number, spring in enumerate(rig.spring):
             for dof, value in spring.stiffness.items():
                 name = f"spring {spring.between[0]} {spring.between[1]} {dof}"
-                factor(name, "N/m" if len(dof) == 1 else "Nm/rad", value, SPRING, _spring("spring", number, dof))
+                factor(
+                    name,
+                    "N/m" if len(dof) == 1 else "Nm/rad",
+                    value,
+                    LIMITS.parameters_spring,
+                    _spring("spring", number, dof),
+                )
     for number, joint in enumerate(rig.joints):
         moduli = joint.preload[preload]
         for field, told in (("normal_modulus", "E'"), ("shear_modulus", "G'")):
-            factor(f"{told} {joint.name}", "N/m2", getattr(moduli, field), JOINT, _joint(preload, number, field))
+            factor(
+                f"{told} {joint.name}",
+                "N/m2",
+                getattr(moduli, field),
+                LIMITS.parameters_joint,
+                _joint(preload, number, field),
+            )
     return tuple(found)
 
 
@@ -109,7 +129,7 @@ def _clamp(number: int, beam: BeamPart) -> UpdatedParameter:
     unit = beam.length / (beam.youngs_modulus * beam.second_moment)
 
     def apply(rig: Rig, x: float) -> Rig:
-        return _clamped(rig, number, x * unit if x > LEAST_CLAMP else 0.0)
+        return _clamped(rig, number, x * unit if x > LIMITS.least_clamp else 0.0)
 
     return UpdatedParameter(f"clamp {beam.name}", "rad/Nm", 0.0, CLAMP, 0.0, lambda x: x * unit, apply)
 

@@ -16,7 +16,8 @@ from scipy.signal import find_peaks
 
 from recordings.errors import InputError
 from recordings.responses import FoundResponse
-from twin.identify.broadband import BIN_SHARE, BinnedResponse, HALF_WIDTH_Hz
+from twin.identify.broadband import BinnedResponse
+from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.responses.limits import LIMITS
 from twin.identify.responses.matching import Matched
 
@@ -24,8 +25,6 @@ __all__ = ["noise_of", "reduce_responses", "resonances_of"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-ORDERS = (2, 1)
-"""Of the polynomials above and below."""
 
 
 def noise_of(found: FoundResponse) -> Real:
@@ -50,8 +49,10 @@ def _left_by_neighbours(H: Complex) -> Real:
     x = np.arange(-half, half + 1) / half
     windows = sliding_window_view(H, 2 * half + 1)
     scaled = windows / np.sqrt(np.mean(np.abs(windows) ** 2, axis=1, keepdims=True))
-    above = np.broadcast_to(np.vander(x, ORDERS[0] + 1, increasing=True), (*scaled.shape, ORDERS[0] + 1))
-    below = -scaled[:, :, None] * np.stack([x ** (k + 1) for k in range(ORDERS[1])], axis=1)
+    above = np.broadcast_to(
+        np.vander(x, LIMITS.reduction_orders[0] + 1, increasing=True), (*scaled.shape, LIMITS.reduction_orders[0] + 1)
+    )
+    below = -scaled[:, :, None] * np.stack([x ** (k + 1) for k in range(LIMITS.reduction_orders[1])], axis=1)
     A = np.concatenate([above, below], axis=2)
     Q = np.linalg.qr(A)[0]
     residual = scaled - (Q @ (np.conj(np.swapaxes(Q, 1, 2)) @ scaled[:, :, None]))[:, :, 0]
@@ -149,6 +150,6 @@ def _edges(frequency: Real, steep: Real) -> NDArray[np.int64]:
     edges = [0]
     while edges[-1] < len(frequency):
         here = frequency[edges[-1]]
-        distance = float(np.min(np.abs(here - steep), initial=here)) + HALF_WIDTH_Hz
-        edges.append(max(edges[-1] + 1, int(np.searchsorted(frequency, here + BIN_SHARE * distance))))
+        distance = float(np.min(np.abs(here - steep), initial=here)) + IDENTIFY.half_width_Hz
+        edges.append(max(edges[-1] + 1, int(np.searchsorted(frequency, here + IDENTIFY.bin_share * distance))))
     return np.array(edges)

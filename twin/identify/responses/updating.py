@@ -17,26 +17,18 @@ from scipy.optimize import least_squares
 
 from recordings.responses import Responses
 from twin.identify.estimate import Estimate
-from twin.identify.linear_model import DAMPED_MODES
+from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.measured_data import MeasuredData
 from twin.identify.responses.evidence import Gathered, gather_responses
+from twin.identify.responses.limits import LIMITS
 from twin.identify.responses.parameters import UpdatedParameter, parameters_of
 from twin.rigs import Place, Rig, StructureRig
 from twin.structure import assemble, normal_modes, rigid_motions
+from twin.structure.modes import MOST_RIGID
 
 __all__ = ["FrequencyPair", "Updated", "UpdatedValue", "update_rig"]
 
 Array = NDArray[Any]
-
-MODEL = 1e-3
-"""Relative error of a natural frequency that a good model keeps when all its numbers are right."""
-MOST_RIGID = 6
-ROUNDS = 2
-"""Of following the resonances and of updating, one from the other."""
-SHAPE, GAIN = 0.05, 0.05
-"""Relative error of a modal constant of a good model, and of a sensor's sensitivity beside the force's."""
-TOLD = 0.7
-"""Standard deviation over the one beforehand up to which the data tell a number."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +121,7 @@ def update_rig(
     parameters = parameters_of(rig, found.evidence.preload)
     before = modes_of(rig, found.evidence.preload, _places(found.evidence))
     x, covariance, updated = np.array([p.start for p in parameters]), np.zeros((len(parameters),) * 2), rig
-    for _ in range(ROUNDS if parameters else 0):
+    for _ in range(LIMITS.updating_rounds if parameters else 0):
         x, covariance = _fitted(rig, parameters, found, x)
         updated = applied(rig, parameters, x)
         found = gather_responses(files, updated, preload=preload, scatter=scatter)
@@ -188,7 +180,7 @@ def mac(one: Array, other: Array) -> float | None:
 
 
 @dataclass(frozen=True)
-class Modes:
+class MatchedModes:
     """Natural frequencies (m,), Hz, and shapes or modal constants (o, m) at places."""
 
     Hz: Array
@@ -199,16 +191,16 @@ def _places(evidence: MeasuredData) -> tuple[Place, ...]:
     return tuple(output.place for output in evidence.outputs)
 
 
-def _measured(found: Gathered) -> Modes:
+def _measured(found: Gathered) -> MatchedModes:
     """Modes that the responses show."""
     evidence = found.evidence
     assert evidence.linear is not None
     nominal = modes_of(evidence.rig, evidence.preload, _places(evidence))
     shift = np.sqrt(1 + 2 * evidence.linear.base.frequency_discrepancy)
-    return Modes(nominal.Hz * shift, nominal.constants * np.array(found.factors))
+    return MatchedModes(nominal.Hz * shift, nominal.constants * np.array(found.factors))
 
 
-def modes_of(rig: Rig, preload: str, places: Sequence[Place], *, count: int = DAMPED_MODES) -> Modes:
+def modes_of(rig: Rig, preload: str, places: Sequence[Place], *, count: int = IDENTIFY.damped_modes) -> MatchedModes:
     """The first modes of a rig, with their modal constants between places and the drive, 1/kg."""
     structure = assemble(rig)
     modes = normal_modes(structure.M, structure.stiffness(*rig.moduli_values(preload)), count + MOST_RIGID)
@@ -217,7 +209,7 @@ def modes_of(rig: Rig, preload: str, places: Sequence[Place], *, count: int = DA
     Phi = modes.Phi[:, kept]
     drive = structure.row(rig.drive_place) @ Phi
     read = np.array([structure.row(place) @ Phi for place in places]).reshape(-1, Phi.shape[1])
-    return Modes(modes.omega[kept] / (2 * np.pi), read * drive)
+    return MatchedModes(modes.omega[kept] / (2 * np.pi), read * drive)
 
 
 def applied(rig: Rig, parameters: Sequence[UpdatedParameter], x: Array) -> Rig:
@@ -231,13 +223,15 @@ def _fitted(
 ) -> tuple[Array, Array]:  # fmt: skip
     """Coordinates of the parameters (p,) and their covariance (p, p), beside a gain of each response."""
     evidence, measured, shown = found.evidence, _measured(found), found.shown
-    places, error = _places(evidence), np.hypot(evidence.frequency_scatter, MODEL)
+    places, error = _places(evidence), np.hypot(evidence.frequency_scatter, LIMITS.updating_model)
 
     def residual(trial: Rig, gains: Array) -> Array:
         model = modes_of(trial, evidence.preload, places)
         # A mode's constant vanishes where a sensor sits on its node: the loss below makes such a one no gross witness.
         level = np.log(np.abs(measured.constants / model.constants)) - gains[:, None]
-        return np.concatenate([np.log(measured.Hz / model.Hz)[shown] / error, level[:, shown].ravel() / SHAPE])
+        return np.concatenate(
+            [np.log(measured.Hz / model.Hz)[shown] / error, level[:, shown].ravel() / LIMITS.updating_shape]
+        )
 
     return fit_parameters(rig, parameters, residual, start, gains=len(places))
 
@@ -260,7 +254,7 @@ def fit_parameters(
     count, none = len(parameters), np.zeros(gains)
     mean, std = (
         np.array([*(p.start for p in parameters), *none]),
-        np.array([*(p.std for p in parameters), *(none + GAIN)]),
+        np.array([*(p.std for p in parameters), *(none + LIMITS.updating_gain)]),
     )
     lower = np.array([*(p.lower for p in parameters), *(none - np.inf)])
 
@@ -294,5 +288,5 @@ def _told(parameter: UpdatedParameter, at: float, std: float) -> UpdatedValue:
 
     return UpdatedValue(
         parameter.name, parameter.unit, estimate(parameter.start, parameter.std), estimate(at, std),
-        std < TOLD * parameter.std,
+        std < LIMITS.updating_told * parameter.std,
     )  # fmt: skip

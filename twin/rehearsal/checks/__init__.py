@@ -1,6 +1,6 @@
 """What a rehearsal warns of, one check a file; each takes a rehearsal and gives cautions."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from twin.rehearsal.checks.coarse_grid import check_grid
 from twin.rehearsal.checks.drive import check_drive
@@ -17,7 +17,7 @@ from twin.rehearsal.checks.sweep_rate import check_sweep_rate
 from twin.rehearsal.checks.too_short import check_length
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
-CHECKS: tuple[Callable[[Rehearsal], list[Caution]], ...] = (
+CHECKS: tuple[Callable[[Rehearsal], Iterator[Caution]], ...] = (
     check_rig_file,
     check_noise,
     check_quantisation,

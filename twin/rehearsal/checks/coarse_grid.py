@@ -1,5 +1,7 @@
 """Grid too coarse: the resonance lies between two steps, its height and width are guesses."""
 
+from collections.abc import Iterator
+
 from twin.procedures import SteppedSine
 from twin.rehearsal.folds import jumping_steps
 from twin.rehearsal.limits import LIMITS
@@ -8,11 +10,10 @@ from twin.rehearsal.rehearsal import Caution, Rehearsal
 from twin.rehearsal.turns import phase_steps
 
 
-def check_grid(rehearsal: Rehearsal) -> list[Caution]:
+def check_grid(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Look for steps over which the phase turns farther than allowed, and where the response does not jump."""
     if not isinstance(rehearsal.procedure, SteppedSine):
-        return []
-    found = []
+        return
     for sweep, steps in rehearsal.sweeps().items():
         turns, jumps = phase_steps(rehearsal, steps), jumping_steps(rehearsal, steps)
         coarse = [i for i, turn in enumerate(turns) if turn > LIMITS.turns_allowed_deg and i not in jumps]
@@ -23,15 +24,12 @@ def check_grid(rehearsal: Rehearsal) -> list[Caution]:
         width_Hz = 2 * rehearsal.half_width_Hz(here.frequency_Hz)
         gap_Hz = abs(there.frequency_Hz - here.frequency_Hz)
         peaks_Hz = [resonance_between(rehearsal, steps, i) for i in coarse]
-        found.append(
-            Caution(
-                kind="grid-too-coarse", severity="warning", sweep=sweep, index=there.index,
-                frequency_Hz=there.frequency_Hz, steps=len(coarse), size=turns[worst],
-                reason=f"the phase turns by {turns[worst]:.0f} degrees from {here.frequency_Hz:g} to "
-                f"{there.frequency_Hz:g} Hz, a step of {gap_Hz:.3g} Hz where the resonance is {width_Hz:.2g} Hz wide: "
-                "the peak lies between",
-                advice="refine the grid near " + " and ".join(f"{peak:.4g}" for peak in sorted(peaks_Hz)) + " Hz",
-                changes=finer_grid(rehearsal, [(peak, peak) for peak in peaks_Hz]),
-            )
+        yield Caution(
+            kind="grid-too-coarse", severity="warning", sweep=sweep, index=there.index,
+            frequency_Hz=there.frequency_Hz, steps=len(coarse), size=turns[worst],
+            reason=f"the phase turns by {turns[worst]:.0f} degrees from {here.frequency_Hz:g} to "
+            f"{there.frequency_Hz:g} Hz, a step of {gap_Hz:.3g} Hz where the resonance is {width_Hz:.2g} Hz wide: "
+            "the peak lies between",
+            advice="refine the grid near " + " and ".join(f"{peak:.4g}" for peak in sorted(peaks_Hz)) + " Hz",
+            changes=finer_grid(rehearsal, [(peak, peak) for peak in peaks_Hz]),
         )  # fmt: skip
-    return found

@@ -3,7 +3,7 @@
 Near a resonance the force falls, as the shaker meets a structure that moves; behind it, it comes back with a surplus.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from twin.procedures import Dwell, RingDown, SteppedSine, StepResult, SweptSine
 from twin.rehearsal.checks.amplitudes import amplitudes_at_most
@@ -13,13 +13,12 @@ from twin.rehearsal.refine import finer_grid
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 
-def check_drop_out(rehearsal: Rehearsal) -> list[Caution]:
+def check_drop_out(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Judge each sweep by the step with too little and by the one with too much."""
     procedure = rehearsal.procedure
     if isinstance(procedure, SweptSine):
-        return []
+        return
     tolerance = procedure.controller.tolerance
-    found = []
     for sweep in dict.fromkeys(step.sweep for step in rehearsal.result.steps):
         steps = [step for step in rehearsal.result.steps if step.sweep == sweep]
         off = [step for step in steps if abs(step.amplitude_error) > tolerance + 3 * _uncertainty(step)]
@@ -28,8 +27,7 @@ def check_drop_out(rehearsal: Rehearsal) -> list[Caution]:
             [step for step in off if step.amplitude_error > 0],
         ):
             if concerned:
-                found.append(_caution(rehearsal, sweep, concerned))
-    return found
+                yield _caution(rehearsal, sweep, concerned)
 
 
 def _caution(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult]) -> Caution:

@@ -4,7 +4,7 @@ The peak comes out low and wide, the Q too small, and sweeps up and down differ 
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from twin.procedures import Dwell, Multisine, Procedure, RingDown, SteppedSine, StepResult
 from twin.rehearsal.checks.longer_wait import longer_wait
@@ -13,12 +13,12 @@ from twin.rehearsal.rehearsal import Caution, Rehearsal
 from twin.rehearsal.transient import transient_left
 
 
-def check_dwell(rehearsal: Rehearsal) -> list[Caution]:
+def check_dwell(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Judge each sweep by its worst step; a multisine by what its periods told of the transient."""
     procedure = rehearsal.procedure
     if isinstance(procedure, Multisine):
-        return [_restless(procedure, step) for step in rehearsal.result.steps if not _repeats(step)]
-    found = []
+        yield from (_restless(procedure, step) for step in rehearsal.result.steps if not _repeats(step))
+        return
     for sweep, steps in rehearsal.sweeps().items():
         left = [transient_left(rehearsal, step, before) for before, step in _pairs(steps)]
         worst = max(range(len(steps)), key=lambda i: left[i])
@@ -33,15 +33,12 @@ def check_dwell(rehearsal: Rehearsal) -> list[Caution]:
             f"(it decays with {tau_s:.2g} s): false damping" + _hysteresis(rehearsal, sweep, steps)
         )
         wanted_s = tau_s * math.log(max(min(left[worst], 1.0) / 1e-3, math.e)) + step.settle_s
-        found.append(
-            Caution(
-                kind="dwell-too-short", severity="warning", sweep=sweep, index=step.index,
-                frequency_Hz=step.frequency_Hz, steps=short, size=left[worst], reason=reason,
-                advice=f"let the wait end when the data have settled, about {wanted_s:.2g} s here",
-                changes=_changes(procedure, tau_s),
-            )
+        yield Caution(
+            kind="dwell-too-short", severity="warning", sweep=sweep, index=step.index,
+            frequency_Hz=step.frequency_Hz, steps=short, size=left[worst], reason=reason,
+            advice=f"let the wait end when the data have settled, about {wanted_s:.2g} s here",
+            changes=_changes(procedure, tau_s),
         )  # fmt: skip
-    return found
 
 
 def _repeats(step: StepResult) -> bool:

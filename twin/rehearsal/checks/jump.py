@@ -1,6 +1,6 @@
 """Jump ahead: the branch that a sweep follows folds, and the response leaves it for another."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from twin.procedures import SteppedSine, StepResult
 from twin.rehearsal.folds import Folds, folds_within, jumping_steps
@@ -10,20 +10,18 @@ from twin.rehearsal.rehearsal import Caution, Rehearsal
 from twin.rehearsal.turns import phase_steps
 
 
-def check_jumps(rehearsal: Rehearsal) -> list[Caution]:
+def check_jumps(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Find steps over which the response jumps, by the predicted branch or by how far the phase turns.
 
     A procedure that sweeps both ways records both branches: there a jump is worth a note only, as long as the steps
     show where it is.
     """
     if not isinstance(rehearsal.procedure, SteppedSine):
-        return []
-    found = []
+        return
     for sweep, steps in rehearsal.sweeps().items():
         jumps = jumping_steps(rehearsal, steps)
         if jumps:
-            found.append(_caution(rehearsal, sweep, steps, jumps))
-    return found
+            yield _caution(rehearsal, sweep, steps, jumps)
 
 
 def _caution(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult], jumps: Sequence[int]) -> Caution:

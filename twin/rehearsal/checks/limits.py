@@ -1,5 +1,7 @@
 """Limit reached: a guard ended the run, or a channel came so near to its limit that the real rig may trip it."""
 
+from collections.abc import Iterator
+
 from twin.procedures import StepResult
 from twin.rehearsal.checks.amplitudes import amplitudes_at_most
 from twin.rehearsal.rehearsal import Caution, Rehearsal
@@ -7,13 +9,13 @@ from twin.rehearsal.rehearsal import Caution, Rehearsal
 NEAR, WANTED = 0.9, 0.8
 
 
-def check_limits(rehearsal: Rehearsal) -> list[Caution]:
+def check_limits(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Report the guard that tripped, or the channels that came near theirs."""
     limits = rehearsal.procedure.limits.peak
     trip = next((event for event in rehearsal.result.events if event.kind == "limit"), None)
     if trip is not None:
-        return [_tripped(rehearsal, trip.source, trip.detail)]
-    found = []
+        yield _tripped(rehearsal, trip.source, trip.detail)
+        return
     for name, limit in limits.items():
         near = [step for step in rehearsal.result.steps if step.peak.get(name, 0.0) > NEAR * limit]
         if not near:
@@ -21,16 +23,13 @@ def check_limits(rehearsal: Rehearsal) -> list[Caution]:
         worst = max(near, key=lambda step: step.peak[name])
         target = worst.target_amplitude
         wanted = target * WANTED * limit / worst.peak[name]
-        found.append(
-            Caution(
-                kind="limit-reached", severity="warning", channel=name, sweep=worst.sweep, index=worst.index,
-                frequency_Hz=worst.frequency_Hz, steps=len(near),
-                reason=f"{name} comes to {100 * worst.peak[name] / limit:.0f} % of its limit of {limit:g}",
-                advice=f"an amplitude of {wanted:.3g} leaves a fifth in hand",
-                changes=amplitudes_at_most(rehearsal.procedure, target, wanted),
-            )
+        yield Caution(
+            kind="limit-reached", severity="warning", channel=name, sweep=worst.sweep, index=worst.index,
+            frequency_Hz=worst.frequency_Hz, steps=len(near),
+            reason=f"{name} comes to {100 * worst.peak[name] / limit:.0f} % of its limit of {limit:g}",
+            advice=f"an amplitude of {wanted:.3g} leaves a fifth in hand",
+            changes=amplitudes_at_most(rehearsal.procedure, target, wanted),
         )  # fmt: skip
-    return found
 
 
 def _tripped(rehearsal: Rehearsal, channel: str, detail: str) -> Caution:

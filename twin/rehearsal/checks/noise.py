@@ -1,15 +1,14 @@
 """Noise floor too high: the measurement is too short, or the level too low, for the sensors' noise."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from twin.procedures import SteppedSine, StepResult
 from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 
-def check_noise(rehearsal: Rehearsal) -> list[Caution]:
+def check_noise(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Judge each sweep and channel by the steps whose phasor is not known well enough."""
-    found = []
     procedure = rehearsal.procedure
     for sweep, steps in rehearsal.sweeps().items():
         for name in rehearsal.channels:
@@ -23,16 +22,13 @@ def check_noise(rehearsal: Rehearsal) -> list[Caution]:
             changes: dict[str, object] = {}
             if isinstance(procedure, SteppedSine):
                 changes = {"measure": {"seconds": float(f"{step.measure_s * longer:.2g}")}}
-            found.append(
-                Caution(
-                    kind="noise-floor", severity="warning", channel=name, sweep=sweep, index=step.index,
-                    frequency_Hz=step.frequency_Hz, steps=len(noisy), size=errors[worst],
-                    reason=f"the noise of {name} leaves {100 * errors[worst]:.2g} % uncertainty in one step",
-                    advice=f"measure {longer:.2g} times as long ({step.measure_s * longer:.2g} s), or drive harder",
-                    changes=changes,
-                )
+            yield Caution(
+                kind="noise-floor", severity="warning", channel=name, sweep=sweep, index=step.index,
+                frequency_Hz=step.frequency_Hz, steps=len(noisy), size=errors[worst],
+                reason=f"the noise of {name} leaves {100 * errors[worst]:.2g} % uncertainty in one step",
+                advice=f"measure {longer:.2g} times as long ({step.measure_s * longer:.2g} s), or drive harder",
+                changes=changes,
             )  # fmt: skip
-    return found
 
 
 def concerned(rehearsal: Rehearsal, steps: Sequence[StepResult], flags: Sequence[bool]) -> list[int]:

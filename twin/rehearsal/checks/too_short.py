@@ -1,6 +1,7 @@
 """Too short: noise that ends before the lowest mode in its band is resolved and averaged."""
 
 import math
+from collections.abc import Iterator
 
 from twin.procedures import Random
 from twin.rehearsal.limits import LIMITS
@@ -12,24 +13,22 @@ def averages(duration_s: float, frequency_Hz: float, damping_ratio: float) -> fl
     return duration_s * 2 * damping_ratio * frequency_Hz
 
 
-def check_length(rehearsal: Rehearsal) -> list[Caution]:
+def check_length(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Judge random noise by the lowest mode in its band, which is the sharpest one."""
     procedure, mode = rehearsal.procedure, rehearsal.lowest_mode
     if not isinstance(procedure, Random) or mode is None or not rehearsal.result.steps:
-        return []
+        return
     frequency_Hz, ratio = mode
     count = averages(procedure.duration, frequency_Hz, ratio)
     if count >= LIMITS.too_short_fewest:
-        return []
+        return
     width_Hz = 2 * ratio * frequency_Hz
     needed_s = float(math.ceil(LIMITS.too_short_wanted / width_Hz))
     step = rehearsal.result.steps[0]
-    return [
-        Caution(
-            kind="too-short", severity="warning", sweep=step.sweep, index=step.index, frequency_Hz=frequency_Hz,
-            steps=1, size=1 / count,
-            reason=f"{procedure.duration:g} s of noise make {count:.2g} averages at the resolution that the mode at "
-            f"{frequency_Hz:.4g} Hz asks for, its width of {width_Hz:.2g} Hz: its damping cannot be told",
-            advice=f"record {needed_s:g} s", changes={"duration": needed_s},
-        )
-    ]  # fmt: skip
+    yield Caution(
+        kind="too-short", severity="warning", sweep=step.sweep, index=step.index, frequency_Hz=frequency_Hz,
+        steps=1, size=1 / count,
+        reason=f"{procedure.duration:g} s of noise make {count:.2g} averages at the resolution that the mode at "
+        f"{frequency_Hz:.4g} Hz asks for, its width of {width_Hz:.2g} Hz: its damping cannot be told",
+        advice=f"record {needed_s:g} s", changes={"duration": needed_s},
+    )  # fmt: skip

@@ -5,14 +5,10 @@ from numpy.typing import NDArray
 from scipy.spatial import Delaunay, KDTree, QhullError
 
 from twin.rigs.imported.part import ImportedPart
+from twin.rigs.limits import LIMITS
 from twin.rigs.matrix_files import PAIR_LIMIT, NodePairs
 
 Array = NDArray[np.float64]
-
-GAP = 0.5
-"""Of the distance between a part's own neighbours: nodes farther apart do not face each other."""
-EDGE = 3.0
-"""Times the usual edge of a patch's triangles: longer ones bridge from one patch to the next and carry nothing."""
 
 
 def facing_pairs(a: ImportedPart, b: ImportedPart) -> NodePairs | None:
@@ -29,7 +25,7 @@ def facing_pairs(a: ImportedPart, b: ImportedPart) -> NodePairs | None:
     spacing = min(_spacing(place_a), _spacing(place_b))
     away, to_b = KDTree(place_b).query(place_a)
     back = KDTree(place_a).query(place_b)[1]
-    mutual = np.flatnonzero((away <= GAP * spacing) & (back[to_b] == np.arange(len(place_a))))
+    mutual = np.flatnonzero((away <= LIMITS.facing_gap * spacing) & (back[to_b] == np.arange(len(place_a))))
     if not len(mutual):
         return None
     if len(mutual) > PAIR_LIMIT:
@@ -64,7 +60,7 @@ def _areas(points: Array) -> tuple[Array, Array]:
     except QhullError as error:
         raise ValueError("the facing nodes span no area") from error
     edges = np.linalg.norm(flat[corners] - flat[np.roll(corners, 1, axis=1)], axis=2).max(axis=1)
-    kept = corners[edges <= EDGE * np.median(edges)]
+    kept = corners[edges <= LIMITS.facing_edge * np.median(edges)]
     u, v = flat[kept[:, 1]] - flat[kept[:, 0]], flat[kept[:, 2]] - flat[kept[:, 0]]
     area = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
     shares = np.bincount(kept.ravel(), np.repeat(area / 3, 3), len(points))

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from twin.rigs.imported.units import UNITS, Units, model_scale
-from twin.rigs.matrices.found import COMPONENTS, FoundMatrix
+from twin.rigs.limits import LIMITS
+from twin.rigs.matrices.found import FoundMatrix
 from twin.rigs.matrix_files import PartMatrices, labelled_rows, read_matrix_pair
 from twin.rigs.node_tables import DOFS, NodeTable, read_node_table
 
@@ -127,7 +128,7 @@ def _table(files: PartFiles, K: FoundMatrix, notes: list[str]) -> NodeTable:
     if K.labels is None:
         reason = "does not say whose its rows are"
         raise InputError(files.stiffness, "", reason, "give --nodes: a CSV with node, dof, row, x_m, y_m, z_m")
-    node, component = np.divmod(K.labels, COMPONENTS)
+    node, component = np.divmod(K.labels, LIMITS.found_components)
     nodes = np.unique(node[(component >= 1) & (component <= len(DOFS)) & (node >= 0)])
     notes.append("no table of nodes: all lie at the origin, drawings show nothing, and places are node numbers")
     return NodeTable(nodes, np.zeros((len(nodes), 3)))

@@ -8,10 +8,8 @@ import numpy as np
 from recordings.directions import AXES
 from recordings.errors import InputError
 from twin.rigs.imported.part import ImportedPart
+from twin.rigs.limits import LIMITS
 from twin.rigs.node_tables import DOFS
-
-FAR = 0.05
-"""Of the structure's size: a nearest node farther off is told."""
 
 
 @dataclass(frozen=True)
@@ -108,4 +106,4 @@ def usual_drive(parts: Sequence[ImportedPart], held: Iterable[NodePlace]) -> tup
 
 def far_off(place: NodePlace, size_m: float) -> bool:
     """Whether a nearest node is so far that another place was meant."""
-    return place.away_m > FAR * size_m
+    return place.away_m > LIMITS.places_far * size_m

@@ -8,10 +8,8 @@ import numpy as np
 
 from twin.rigs.imported.part import ImportedPart
 from twin.rigs.imported.places import NodePlace
+from twin.rigs.limits import LIMITS
 from twin.rigs.matrix_files import NodePairs
-
-COINCIDENT_HEIGHT_m = 0.001
-"""Of a layer between nodes that coincide: its moduli are per this height, and nothing else depends on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +29,7 @@ class FoundJoint:
             for part, nodes in ((self.a, self.pairs.a), (self.b, self.pairs.b))
         )
         gap = float(np.linalg.norm(b - a, axis=1).mean())
-        return gap if gap > COINCIDENT_HEIGHT_m / 10 else COINCIDENT_HEIGHT_m
+        return gap if gap > LIMITS.coincident_height_m / 10 else LIMITS.coincident_height_m
 
 
 @dataclass(frozen=True, eq=False)

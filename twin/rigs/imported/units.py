@@ -8,19 +8,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
+from twin.rigs.limits import LIMITS
+
 Array = NDArray[np.float64]
 Rows = Mapping[tuple[int, str], int]
-
-SOUND_m_per_s = 5000.0
-"""Bar waves in steel, aluminium and glass; 3400 in brass, 1700 in a polymer, 9000 in carbon fibre."""
-SIZE_m = 0.4
-"""Of a part on a bench; a factor of 10 more or less is common."""
-UNLIKELY = 0.5
-"""Weight of a decade of size beside a decade of the speed of sound, which differs less from part to part."""
-LEAST_DECADES = 0.7
-"""Decades by which the best of the units must be better than the next."""
-STRANGE, IMPOSSIBLE = 1.5, 4.0
-"""Decades off the usual speed of sound from which the units are doubted, and from which these are no such matrices."""
 
 
 @dataclass(frozen=True)
@@ -75,15 +66,17 @@ class ModelScale:
 
     def unlikely(self, units: Units) -> float:
         """Decades by which the model would be unusual in these units."""
-        sound = self.sound * units.length_m / units.time_s / SOUND_m_per_s
-        return abs(np.log10(sound)) + UNLIKELY * abs(np.log10(self.size * units.length_m / SIZE_m))
+        sound = self.sound * units.length_m / units.time_s / LIMITS.units_sound_m_per_s
+        return abs(np.log10(sound)) + LIMITS.units_unlikely * abs(
+            np.log10(self.size * units.length_m / LIMITS.units_size_m)
+        )
 
     def guess(self) -> Units | None:
         """The likely units; None where two are about as likely, or nothing tells them."""
         if not (self.size > 0 and self.sound > 0):
             return None
         first, second = sorted(UNITS.values(), key=self.unlikely)[:2]
-        return first if self.unlikely(second) - self.unlikely(first) > LEAST_DECADES else None
+        return first if self.unlikely(second) - self.unlikely(first) > LIMITS.least_decades else None
 
     def doubt(self, units: Units) -> str:
         """Why these units are doubted; empty if they are not.
@@ -94,11 +87,11 @@ class ModelScale:
             If no unit explains these matrices.
         """
         sound = self.sound * units.length_m / units.time_s
-        off = abs(np.log10(sound / SOUND_m_per_s)) if sound > 0 else 0.0
-        if off < STRANGE:
+        off = abs(np.log10(sound / LIMITS.units_sound_m_per_s)) if sound > 0 else 0.0
+        if off < LIMITS.units_strange:
             return ""
         told = f"in {units.name} sound would run at {sound:.2g} m/s, which is no solid's"
-        if off > IMPOSSIBLE:
+        if off > LIMITS.units_impossible:
             raise ValueError(told)
         return f"{told}: check units and matrices"
 

@@ -6,8 +6,8 @@ from typing import BinaryIO
 import numpy as np
 
 from recordings.errors import InputError
+from twin.rigs.limits import LIMITS
 from twin.rigs.matrices.found import (
-    COMPONENTS,
     NODE_LIMIT,
     Array,
     FoundMatrix,
@@ -19,8 +19,6 @@ from twin.rigs.matrices.found import (
 )
 from twin.rigs.matrices.numbers import number_table, whole_numbers
 
-HELD = 1e35
-"""Abaqus writes 1e36 on the diagonal of a degree of freedom that a boundary condition holds."""
 TYPES = {"mass": "MASS", "stiffness": "STIFFNESS"}
 
 
@@ -49,7 +47,11 @@ def read_abaqus(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:
         row, column = keys[:, 0] - 1, keys[:, 1] - 1
         found = FoundMatrix(from_entries(path, row, column, value, int(keys.max())))
     else:
-        if np.abs(keys[:, ::2]).max() >= NODE_LIMIT or keys[:, 1::2].min() < 0 or keys[:, 1::2].max() >= COMPONENTS:
+        if (
+            np.abs(keys[:, ::2]).max() >= NODE_LIMIT
+            or keys[:, 1::2].min() < 0
+            or keys[:, 1::2].max() >= LIMITS.found_components
+        ):
             raise InputError(path, "", "a degree of freedom beyond all that Abaqus has", "export it again")
         found = from_labelled(path, labels_of(keys[:, 0], keys[:, 1]), labels_of(keys[:, 2], keys[:, 3]), value)
     return _at_rest(found)
@@ -57,7 +59,7 @@ def read_abaqus(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:
 
 def _at_rest(found: FoundMatrix) -> FoundMatrix:
     """The same with the rows that a boundary condition holds marked, and empty."""
-    held = np.flatnonzero(found.matrix.diagonal() >= HELD)
+    held = np.flatnonzero(found.matrix.diagonal() >= LIMITS.abaqus_held)
     if not len(held):
         return found
     entries = found.matrix.tocoo()

@@ -7,16 +7,8 @@ import numpy as np
 
 from recordings.errors import InputError
 from recordings.reader import open_input
-from twin.rigs.matrices.found import (
-    COMPONENTS,
-    NODE_LIMIT,
-    ORDER_LIMIT,
-    FoundMatrix,
-    Integers,
-    Role,
-    from_entries,
-    labels_of,
-)
+from twin.rigs.limits import LIMITS
+from twin.rigs.matrices.found import NODE_LIMIT, ORDER_LIMIT, FoundMatrix, Integers, Role, from_entries, labels_of
 from twin.rigs.matrices.numbers import number_table, whole_numbers
 
 ROLES = {".mas": "mass", ".sti": "stiffness"}
@@ -50,7 +42,7 @@ def _labels(path: Path) -> Integers:
         node, dot, component = entry.strip().partition(".")
         if not (dot and node.isdecimal() and component.isdecimal()):
             raise InputError(path, f"line {line}", f"{entry.strip()[:30]!r} is not node.direction", "export it again")
-        if int(node) >= NODE_LIMIT or int(component) >= COMPONENTS:
+        if int(node) >= NODE_LIMIT or int(component) >= LIMITS.found_components:
             raise InputError(path, f"line {line}", f"{entry.strip()[:30]!r} is no degree of freedom", "export it again")
         found.append((int(node), int(component)))
     numbers = np.array(found, np.int64).reshape(-1, 2)

@@ -6,13 +6,9 @@ from typing import BinaryIO
 import numpy as np
 
 from recordings.errors import InputError
+from twin.rigs.limits import LIMITS
 from twin.rigs.matrices.bulk import Entry, entries
-from twin.rigs.matrices.found import COMPONENTS, NODE_LIMIT, FoundMatrix, Role, from_labelled, labels_of, name_for
-
-SYMMETRIC, SQUARE = 6, 1
-"""Forms of a matrix (field IFO): of the first only one triangle stands in the file."""
-REAL = (1, 2)
-"""Types (field TIN): single and double precision; 3 and 4 are complex."""
+from twin.rigs.matrices.found import NODE_LIMIT, FoundMatrix, Role, from_labelled, labels_of, name_for
 
 
 def read_dmig(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:
@@ -24,10 +20,10 @@ def read_dmig(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:
     heads = {entry.text(0): entry for entry in found if entry.text(1) == "0"}
     name = name_for(path, heads, role)
     head = heads[name]
-    if (form := head.integer(2)) not in (SYMMETRIC, SQUARE):
+    if (form := head.integer(2)) not in (LIMITS.dmig_symmetric, LIMITS.dmig_square):
         reason = f"{name} is of form {form}, not square (1) or symmetric (6)"
         raise InputError(path, f"line {head.line}", reason, "punch a mass or stiffness")
-    if head.integer(3) not in REAL:
+    if head.integer(3) not in LIMITS.dmig_real:
         raise InputError(path, f"line {head.line}", f"{name} is complex", "needs a real matrix")
     keys, values = [], []
     for entry in found:
@@ -50,6 +46,6 @@ def _point(entry: Entry, at: int) -> tuple[int, int]:
     point, component = entry.integer(at), entry.integer(at + 1, default=0)
     if not 0 < point < NODE_LIMIT:
         raise entry.refusal(at, "no grid point's number")
-    if not 0 <= component < COMPONENTS:
+    if not 0 <= component < LIMITS.found_components:
         raise entry.refusal(at + 1, "no component")
     return point, component

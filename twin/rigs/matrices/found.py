@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array, tril, triu
 
 from recordings.errors import InputError
+from twin.rigs.limits import LIMITS
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -20,8 +21,6 @@ Role = Literal["mass", "stiffness"]
 SIZE_LIMIT_BYTES = 512 << 20
 """Of a matrix's file, and of what it holds after decompression."""
 ORDER_LIMIT = 200_000
-COMPONENTS = 128
-"""More than any program has degrees of freedom at a node."""
 NODE_LIMIT = 10**15
 
 
@@ -34,8 +33,8 @@ class FoundMatrix:
     matrix : sparse, (n, n)
         Both halves, in the file's units.
     labels : ndarray of int, (n,), or None
-        Node times `COMPONENTS` plus component of every row, rising; components 1 to 6 are x, y, z, rx, ry, rz, any
-        other is internal.
+        Node times `found_components` plus component of every row, rising; components 1 to 6 are x, y, z, rx, ry, rz,
+        any other is internal.
     held : ndarray of int
         Rows that the program holds at rest; their entries are zero.
     """
@@ -92,7 +91,7 @@ def from_labelled(path: Path, row: Integers, column: Integers, value: Array) -> 
 
 def labels_of(nodes: Integers, components: Integers) -> Integers:
     """The labels of nodes and components."""
-    return nodes * COMPONENTS + components
+    return nodes * LIMITS.found_components + components
 
 
 def name_for(path: Path, names: Iterable[str], role: Role) -> str:

@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 
 from recordings.errors import InputError
 from recordings.reader import open_input
+from twin.rigs.limits import LIMITS
 from twin.rigs.matrices import found
 from twin.rigs.matrices.abaqus import read_abaqus
 from twin.rigs.matrices.calculix import read_calculix
@@ -22,8 +23,6 @@ from twin.rigs.matrices.op4 import read_op4
 
 Reader = Callable[[Path, BinaryIO, Role], FoundMatrix]
 
-ASYMMETRY = 1e-6
-"""Largest difference across the diagonal, over the largest entry, that is taken for rounding."""
 
 FORMATS: dict[str, tuple[str, Reader]] = {
     ".mtx": ("an Abaqus matrix or a Matrix Market file", read_abaqus),
@@ -72,7 +71,7 @@ def _symmetric(path: Path, matrix: csr_array) -> csr_array:
         row = int(np.searchsorted(matrix.indptr, np.argmin(np.isfinite(matrix.data)), side="right")) - 1
         raise InputError(path, f"row {row} (from 0)", "an entry is not finite", "export it again")
     apart = abs(matrix - matrix.T).tocoo()
-    if apart.nnz and (worst := apart.data.max()) > ASYMMETRY * abs(matrix).max():
+    if apart.nnz and (worst := apart.data.max()) > LIMITS.read_asymmetry * abs(matrix).max():
         at = int(np.argmax(apart.data))
         place = f"row {apart.row[at]}, column {apart.col[at]} (from 0)"
         reason = f"not symmetric: differs by {worst:g} from the entry across the diagonal"

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
 from recordings.errors import printable
 from recordings.run import Event, SampleBlock, Step, StepState
@@ -18,13 +17,9 @@ from twin.views.live.ranges import RangeUse
 from twin.views.live.spectrum import LiveSpectrum
 from twin.views.live.sweeps import HarmonicsChart, SweepChart, stepped
 from twin.views.receptance import farthest_response
-from twin.views.rerun.rrd import entity, log_line, log_view, send_layout
-from twin.views.style import level_colour, on_dark, unit_text
+from twin.views.rerun.rrd import TIME, entity, log_line, log_samples, log_series, log_view, send_layout
+from twin.views.style import level_colour, unit_text
 from twin.views.table import markdown_text
-
-Array = NDArray[Any]
-
-TIME = "time"
 
 
 class LiveDrawing:
@@ -83,10 +78,7 @@ class LiveDrawing:
         )
         for i, channel in enumerate(about.channels):
             path, label = entity(f"/signals/{channel.name}"), printable(f"{channel.name}, {unit_text(channel.unit)}")
-            style = rr.SeriesLines(
-                colors=[on_dark(level_colour(i))], names=label, widths=1, aggregation_policy="MinMax"
-            )
-            recording.log(path, style, static=True)
+            log_series(recording, path, label, level_colour(i))
             signals.append(
                 rrb.TimeSeriesView(
                     origin=path,
@@ -122,17 +114,15 @@ class LiveDrawing:
         rate_Hz = blocks[0].sample_rate_Hz
         stretch = math.ceil(2 * rate_Hz * self._about.window_s / 20_000)
         starts = [block.time_ns - self._origin_ns for block in blocks]
-        times = np.concatenate(
-            [start + _grid_ns(len(block), rate_Hz) for start, block in zip(starts, blocks, strict=True)]
-        )
+        grids = [np.rint(np.arange(len(block)) * (1e9 / rate_Hz)).astype(np.int64) for block in blocks]
+        times = np.concatenate([start + grid for start, grid in zip(starts, grids, strict=True)])
         for name in blocks[0].samples:
             values = np.concatenate([block.samples[name] for block in blocks])
             position, drawn = extremes(values, stretch)
             at = times[position]
             if self._next_index.get(device) != blocks[0].first_index:
                 at, drawn = np.concatenate([at[:1], at]), np.concatenate([[np.nan], drawn])
-            column = rr.TimeColumn(TIME, duration=at.astype("timedelta64[ns]"))
-            self._recording.send_columns(entity(f"/signals/{name}"), [column], rr.Scalars.columns(scalars=drawn))
+            log_samples(self._recording, entity(f"/signals/{name}"), at, drawn)
         self._next_index[device] = blocks[-1].first_index + len(blocks[-1])
         for block in blocks:
             self._samples += len(block)
@@ -204,18 +194,11 @@ def _joined(blocks: Sequence[SampleBlock]) -> list[list[SampleBlock]]:
     return runs
 
 
-def _grid_ns(count: int, rate_Hz: float) -> Array:
-    return np.rint(np.arange(count) * (1e9 / rate_Hz)).astype(np.int64)
-
-
 def _result_rows(result: StepResult) -> list[str]:
     """The latest measured step, as rows of a table."""
-    rows = [f"| latest step | {markdown_text(result.sweep)}, {result.index + 1} |"]
+    told = {"latest step": f"{markdown_text(result.sweep)}, {result.index + 1}"}
     if result.frequency_Hz:
-        rows.append(f"| frequency | {result.frequency_Hz:.6g} Hz |")
-    rows.append(
-        f"| {markdown_text(result.target_channel)} held | {result.amplitude:.4g} of {result.target_amplitude:.4g} |"
-    )
-    rows.append(f"| generator | {result.voltage_V:.3g} V |")
-    rows.append(f"| settled in | {result.settle_s:.3g} s |")
-    return rows
+        told["frequency"] = f"{result.frequency_Hz:.6g} Hz"
+    told[f"{markdown_text(result.target_channel)} held"] = f"{result.amplitude:.4g} of {result.target_amplitude:.4g}"
+    told |= {"generator": f"{result.voltage_V:.3g} V", "settled in": f"{result.settle_s:.3g} s"}
+    return [f"| {name} | {value} |" for name, value in told.items()]

@@ -6,7 +6,7 @@ import queue
 import signal
 import time
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from multiprocessing.synchronize import BoundedSemaphore, Event
 from pathlib import Path
 from typing import Any
@@ -36,15 +36,11 @@ def draw(waiting: Any, room: BoundedSemaphore, ready: Event, about: LiveAbout, t
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the run, and the run ends the view
     os.environ.setdefault("RUST_LOG", "error")  # that a viewer stands still is no news for the operator
-    with _recording(to) as recording:
+    with recording_file(to) if isinstance(to, Path) else _connection(to) as recording:
         drawing = LiveDrawing(recording, about)
         ready.set()
         for items in _taken(waiting, room):
             drawing.draw(items)
-
-
-def _recording(to: str | Path) -> AbstractContextManager[rr.RecordingStream]:
-    return recording_file(to) if isinstance(to, Path) else _connection(to)
 
 
 @contextmanager

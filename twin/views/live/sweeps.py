@@ -9,7 +9,7 @@ from recordings.run import Channel
 from twin.procedures import Dwell, Procedure, RingDown, SteppedSine, StepResult
 from twin.procedures.grid import fixed_frequencies
 from twin.views.live.about import LiveAbout
-from twin.views.receptance import per_force, per_force_label, reading_label
+from twin.views.receptance import branch_curves, per_force, per_force_label, reading_label
 from twin.views.rerun.chart import Axis, Chart, common_range
 from twin.views.style import INK, level_colour, unit_text
 
@@ -66,13 +66,8 @@ class SweepChart:
         self._sweeps: dict[str, _Sweep] = {}
         self._levels: list[str] = []
         self._unit = {each.name: each.unit for each in about.channels}
-        self._branches = []
-        for branch in about.branches:
-            if channel.name in branch["response"]:
-                x = np.array(branch["frequency_Hz"], float)
-                amplitude = np.array(branch["response"][channel.name]["amplitude"], float)
-                y = per_force(amplitude / branch["force_N"], channel.quantity, x)
-                self._branches.append((self._level_of(branch["force_N"], self._force), x, y))
+        curves = branch_curves(about.branches, channel)
+        self._branches = [(self._level_of(force_N, self._force), x, y) for force_N, x, y in curves]
         highest = max((float(y.max()) for *_, y in self._branches), default=0.0)
         self.chart = self._drawn_anew(self._across.ends, (0.0, 1.1 * highest or 1.0))
         self._known = bool(self._branches)

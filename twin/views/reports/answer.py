@@ -1,6 +1,6 @@
-"""What a diagnosis says, and why this and nothing else, as tables."""
+"""What diagnoses and identifications say, and why this and nothing else, as tables and sentences."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -24,6 +24,30 @@ def estimate_text(value: Estimate | str | tuple[int, ...]) -> str:
         return " ± ".join(f"{round(x, decimals):.{max(decimals, 0)}f}" for x in (value.value, value.std))
     digits = max(2, decimals + int(np.floor(np.log10(max(abs(value.value), value.std)))) + 1)
     return f"{value.value:#.{min(digits, 8)}g} ± {value.std:#.2g}"
+
+
+def sentences(warnings: Iterable[str]) -> list[str]:
+    """Warnings, which are parts of a line, as sentences."""
+    return [f"{text[0].upper()}{text[1:]}." for text in warnings]
+
+
+def frequencies_table(
+    modes: Iterable[int], measured_Hz: Iterable[float], before_Hz: Iterable[float], after_Hz: Iterable[float],
+    *, after: str, more: Mapping[str, Sequence[str]] | None = None,
+) -> Table:  # fmt: skip
+    """Natural frequencies with their errors before, and after what is called `after`; `more` are further columns."""
+
+    def with_error(measured: float, modelled: float) -> tuple[str, str]:
+        return f"{modelled:.5g}", f"{100 * (modelled / measured - 1):+.2f} %"
+
+    more = more or {}
+    rows = [
+        (str(n), f"{f:.5g}", *with_error(f, was), *with_error(f, now), *rest)
+        for n, f, was, now, *rest in zip(modes, measured_Hz, before_Hz, after_Hz, *more.values(), strict=True)
+    ]
+    head = ("mode", "measured", "as assumed", "error", after, "error", *more)
+    caption = "Natural frequencies in Hz; errors are model over measured, minus one"
+    return Table(caption=caption, head=head, rows=rows, numbers=range(len(head)))
 
 
 def residual_rows(sweeps: Sequence[SweepComparison]) -> list[tuple[str, str, float, float]]:

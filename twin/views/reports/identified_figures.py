@@ -1,25 +1,19 @@
 """Pictures of an identification: the law with the papers' polynomials, and how its regularisation was chosen."""
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
-from numpy.typing import NDArray
 
 from twin.identify.identified import Identified
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import PolynomialFit
-from twin.identify.regularisation import LCurve
 from twin.rigs import LayerLawTable
 from twin.views.curves import LawBand, joint_name, law_in_lowest_mode, law_reach
-from twin.views.figures import WIDTH_IN, Drawing, draw_law, dressed, frame_law, legend, panels, unmeasured_entry
+from twin.views.drawing import draw_band, dressed, legend, log_ticks, panels
+from twin.views.figures import draw_law, frame_law, unmeasured_entry
 from twin.views.style import AFTER, BEFORE, INK, level_colour
-
-Array = NDArray[Any]
 
 
 def identified_law_figure(found: Identified, evidence: MeasuredData) -> Figure:
@@ -29,40 +23,30 @@ def identified_law_figure(found: Identified, evidence: MeasuredData) -> Figure:
     """
     bands = file_law_bands(found, evidence)
     rows = len(bands) // 2 + (1 if found.polynomials is not None else 0)
-    figure = Drawing(figsize=(WIDTH_IN, 0.6 + 3.1 * rows), layout="constrained")
-    grid = figure.subplots(rows, 2, squeeze=False)
+    figure, grid = panels(rows, 2, height_in=0.6 + 3.1 * rows)
     for axes, band in zip(grid.ravel(), bands, strict=False):
-        draw_law(axes, band, colour=AFTER, linewidth=1.8)
+        draw_law(axes, band, colour=AFTER, linewidth=1.8, label="model, ± one standard deviation")
         frame_law(axes, band)
-    entries = [Line2D([], [], color=AFTER, linewidth=1.8, label="model, ± one standard deviation"), unmeasured_entry()]
     if found.polynomials is not None:
-        names = [*found.polynomials.levels, "all levels"]
-        fits = [*found.polynomials.levels.values(), found.polynomials.together]
+        fits = {**found.polynomials.levels, "all levels": found.polynomials.together}
         colours = [level_colour(i + 1) for i in range(len(fits) - 1)] + [INK]
         seen = law_in_lowest_mode(evidence, found)
         X = 1e3 * seen.amplitude_m
         for axes, quantity in zip(grid[-1], ("softening", "loss"), strict=True):
             value, std = 1e-6 * seen.value[quantity], 1e-6 * seen.std[quantity]
-            axes.fill_between(X, value - std, value + std, color=AFTER, alpha=0.22, linewidth=0)
-            axes.semilogx(X, value, color=AFTER, linewidth=1.8)
-            for fit, colour in zip(fits, colours, strict=True):
-                _polynomial(axes, fit, quantity, seen.amplitude_m[0], colour=colour)
+            draw_band(axes, X, value, std, colour=AFTER, linewidth=1.8)
+            log_ticks(axes)
+            for (name, fit), colour in zip(fits.items(), colours, strict=True):
+                _polynomial(axes, fit, quantity, seen.amplitude_m[0], colour=colour, label=f"polynomials, {name}")
             top, bottom = max(0.0, float(np.nanmax(value + std))), min(0.0, float(np.nanmin(value - std)))
             axes.set_ylim(bottom - 0.08 * (top - bottom), top + 0.08 * (top - bottom))
             function = {"softening": "g1(X)", "loss": "g2(X)"}[quantity]
-            axes.set(
-                title=f"{quantity} as mode {seen.number} sees it: {function}",
+            dressed(
+                axes, title=f"{quantity} as mode {seen.number} sees it: {function}",
                 xlabel=f"amplitude X at {evidence.channels[evidence.reference]}, mm",
                 ylabel=f"{function}, N/mm²",
-            )
-            axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-            axes.xaxis.set_major_formatter("{x:g}")
-            dressed(axes)
-        entries += [
-            Line2D([], [], color=colour, linestyle="--", label=f"polynomials, {name}")
-            for name, colour in zip(names, colours, strict=True)
-        ]
-    legend(figure, entries, columns=3)
+            )  # fmt: skip
+    legend(figure, [unmeasured_entry()], columns=3)
     return figure
 
 
@@ -82,40 +66,33 @@ def file_law_bands(found: Identified, evidence: MeasuredData) -> tuple[LawBand, 
     return tuple(bands)
 
 
-def _polynomial(axes: Axes, fit: PolynomialFit, quantity: str, smallest_m: float, *, colour: str) -> None:
+def _polynomial(axes: Axes, fit: PolynomialFit, quantity: str, smallest_m: float, *, colour: str, label: str) -> None:
     """One fit over the amplitudes that it holds for."""
     X = np.geomspace(min(smallest_m, 0.5 * fit.largest_amplitude_m), fit.largest_amplitude_m, 80)
     value = fit.softening_at(X) if quantity == "softening" else fit.loss_at(X)
-    axes.plot(1e3 * X, 1e-6 * value, color=colour, linestyle="--", linewidth=1.2)
+    axes.plot(1e3 * X, 1e-6 * value, color=colour, linestyle="--", linewidth=1.2, label=label)
 
 
 def strength_figure(fit: PolynomialFit) -> Figure:
     """The L-curve of the first iteration, its cross-validation, and the residual as the iterations went on."""
     curve = fit.l_curve
-    figure, (left, middle, right) = panels(3, height_in=3.3)
+    figure, ((left, middle, right),) = panels(1, 3, height_in=3.3)
     marks = (("corner", curve.corner, BEFORE, "o"), ("least cross-validation", curve.cross_validated, AFTER, "s"))
     left.loglog(curve.residual_norm, curve.solution_norm, color=INK, linewidth=1.3)
     middle.loglog(curve.strength, curve.cross_validation, color=INK, linewidth=1.3)
-    for _, strength, colour, marker in marks:
-        at = _at(curve, strength)
-        left.plot(curve.residual_norm[at], curve.solution_norm[at], marker, color=colour, markersize=7)
+    for name, strength, colour, marker in marks:
+        at, label = int(np.argmin(np.abs(curve.strength - strength))), f"{name}: λ = {strength:.2g}"
+        left.plot(curve.residual_norm[at], curve.solution_norm[at], marker, color=colour, markersize=7, label=label)
         middle.plot(strength, curve.cross_validation[at], marker, color=colour, markersize=7)
-    left.set(title="L-curve", xlabel="norm of the residual", ylabel="norm of the solution")
-    middle.set(title="cross-validation", xlabel="strength λ", ylabel="left-out error, squared")
+    dressed(left, title="L-curve", xlabel="norm of the residual", ylabel="norm of the solution")
+    dressed(middle, title="cross-validation", xlabel="strength λ", ylabel="left-out error, squared")
     costs = [step.cost for step in fit.history]
     right.semilogy(range(len(costs)), costs, color=INK, marker="o", markersize=4, linewidth=1.3)
-    right.set(title="iterations", xlabel="iteration", ylabel="norm of the residual")
-    for axes in (left, middle, right):
-        dressed(axes)
-        _few_ticks(axes.yaxis)
-    for axes in (left, middle):
-        _few_ticks(axes.xaxis)
+    dressed(right, title="iterations", xlabel="iteration", ylabel="norm of the residual")
+    for axis in (left.xaxis, left.yaxis, middle.xaxis, middle.yaxis, right.yaxis):
+        _few_ticks(axis)
     right.xaxis.set_major_locator(MaxNLocator(6, integer=True))
-    entries = [
-        Line2D([], [], color=colour, marker=marker, linestyle="none", label=f"{name}: λ = {strength:.2g}")
-        for name, strength, colour, marker in marks
-    ]
-    legend(figure, entries)
+    legend(figure)
     return figure
 
 
@@ -127,7 +104,3 @@ def _few_ticks(axis: Axis) -> None:
         axis.set_major_formatter("{x:g}")
     else:
         axis.set_major_locator(LogLocator(numticks=5))
-
-
-def _at(curve: LCurve, strength: float) -> int:
-    return int(np.argmin(np.abs(curve.strength - strength)))

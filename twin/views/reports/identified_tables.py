@@ -1,11 +1,10 @@
 """What an identification says, as tables: parameters, how well the data determine them, residuals, polynomials."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.base_fit import HELD_PRECISION
 from twin.identify.estimate import Estimate
 from twin.identify.identified import Identified
@@ -16,8 +15,6 @@ from twin.identify.polynomials import Polynomials
 from twin.views.curves import LawBand, joint_name
 from twin.views.reports.answer import estimate_text
 from twin.views.table import Table
-
-Array = NDArray[Any]
 
 LITTLE = 2.0
 """A parameter whose uncertainty the data narrow by less than this is assumed rather than identified."""

@@ -2,47 +2,39 @@
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from twin.diagnose.missing import MissingForce
 from twin.diagnose.result import Diagnosis
-from twin.views.figures import dressed, legend, panels
+from twin.views.drawing import dressed, legend, panels
 from twin.views.page import Picture, Section, Table
 from twin.views.reports.answer import estimate_text
+from twin.views.rig_figure import SENSOR
 from twin.views.style import AFTER, BEFORE, INK, level_colour
-
-SENSOR = "#009e73"
 
 
 def missing_force_figure(diagnosis: Diagnosis, force: MissingForce) -> Figure:
     """Left, the force over one period at each level; right, what the misfit is with it at each place."""
-    figure, (loops, along) = panels(2, height_in=3.6)
+    figure, ((loops, along),) = panels(1, 2, height_in=3.6)
     theta = np.linspace(0.0, 2 * np.pi, 361)
     for i, level in enumerate(force.levels):
         A, w = level.displacement_m, 2 * np.pi * level.frequency_Hz
         u, v, a = A * np.cos(theta), -A * w * np.sin(theta), -A * w**2 * np.cos(theta)
-        loops.plot(1e3 * u, force.force(u, v, a), color=level_colour(i), linewidth=1.6)
-    loops.set(title="force over a period", xlabel="displacement of its place, mm", ylabel="force, N")
-    dressed(loops)
-    along.semilogy(force.places_m, force.left, color=AFTER, marker="o", markersize=3.5, linewidth=1.4)
-    along.axhline(force.before, color=BEFORE, linestyle=(0, (4, 2.5)), linewidth=1.2)
+        loops.plot(1e3 * u, force.force(u, v, a), color=level_colour(i), linewidth=1.6, label=level.sweep)
+    dressed(loops, title="force over a period", xlabel="displacement of its place, mm", ylabel="force, N")
+    along.axhline(force.before, color=BEFORE, linestyle=(0, (4, 2.5)), linewidth=1.2, label="without a force")
+    along.semilogy(
+        force.places_m, force.left, color=AFTER, marker="o", markersize=3.5, linewidth=1.4, label="with it"
+    )  # fmt: skip
     layout = diagnosis.evidence.rig.layout()
     for output in diagnosis.evidence.outputs:
         at = layout.position(output.place) if layout.passable else None
         if at is not None:
-            along.axvline(at, color=SENSOR, linestyle=":", linewidth=1.2)
+            along.axvline(at, color=SENSOR, linestyle=":", linewidth=1.2, label="sensors")
     along.axvline(force.position_m.value, color=INK, linewidth=1.0)
-    along.set(title="the force elsewhere", xlabel="position along the beams, m", ylabel="χ² per degree of freedom")
-    dressed(along)
-    entries = [
-        Line2D([], [], color=level_colour(i), linewidth=4, label=level.sweep) for i, level in enumerate(force.levels)
-    ]
-    entries += [
-        Line2D([], [], color=BEFORE, linestyle=(0, (4, 2.5)), label="without a force"),
-        Line2D([], [], color=AFTER, marker="o", markersize=3.5, label="with it"),
-        Line2D([], [], color=SENSOR, linestyle=":", label="sensors"),
-    ]
-    legend(figure, entries)
+    dressed(
+        along, title="the force elsewhere", xlabel="position along the beams, m", ylabel="χ² per degree of freedom"
+    )  # fmt: skip
+    legend(figure)
     return figure
 
 

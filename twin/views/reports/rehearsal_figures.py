@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from twin.identify.resonances import by_resonance
-from twin.views.figures import dressed, legend, panels
+from twin.views.drawing import dressed, entry, legend, panels
 from twin.views.style import INK, level_colour
 
 Rows = Sequence[Mapping[str, Any]]
@@ -47,7 +46,7 @@ def responses_figure(steps: Rows, branches: Rows, channels: Sequence[str], force
     if not by_sweep or not channels:
         return None
     levels = list(dict.fromkeys(rows[0]["target_amplitude"] for rows in by_sweep.values()))
-    figure, axes_of = panels(len(channels), height_in=3.6)
+    figure, (axes_of,) = panels(1, len(channels), height_in=3.6)
     for channel, axes in zip(channels, axes_of, strict=True):
         for branch in branches:
             curve = branch["response"].get(channel)
@@ -55,27 +54,17 @@ def responses_figure(steps: Rows, branches: Rows, channels: Sequence[str], force
                 size = np.array(curve["amplitude"]) / branch["force_N"]
                 colour = level_colour(levels.index(branch["force_N"]))
                 _plot_branch(axes, np.array(branch["frequency_Hz"]), size, branch.get("stable"), colour)
-        for rows in by_sweep.values():
+        for sweep, rows in by_sweep.items():
             x = [row["frequency_Hz"] for row in rows]
             size = [_amplitude(row, channel) / (_amplitude(row, force) if force else 1.0) for row in rows]
             colour = level_colour(levels.index(rows[0]["target_amplitude"]))
-            axes.plot(x, size, _marker(rows[0]["sweep"]), color=colour, markersize=3.6)
-        axes.set(
-            title=channel, xlabel="frequency, Hz", ylabel=f"|{channel}|" + (f" / |{force}|, SI units" if force else "")
-        )
+            axes.plot(x, size, _marker(sweep), color=colour, markersize=3.6, label=f"{sweep}, each step")
         axes.set_ylim(bottom=0)
-        dressed(axes)
-    entries = [
-        Line2D(
-            [], [], color=level_colour(levels.index(rows[0]["target_amplitude"])), linestyle="none",
-            marker=_marker(sweep), markersize=5, label=f"{sweep}, each step",
-        )
-        for sweep, rows in by_sweep.items()
-    ]  # fmt: skip
-    if branches:
-        entries.append(Line2D([], [], color=INK, linewidth=1.2, label="predicted branch"))
+        per = f" / |{force}|, SI units" if force else ""
+        dressed(axes, title=channel, xlabel="frequency, Hz", ylabel=f"|{channel}|{per}")
+    entries = [entry("predicted branch", INK, linewidth=1.2)] if branches else []
     if any(not all(branch.get("stable", [])) for branch in branches):
-        entries.append(Line2D([], [], color=INK, linewidth=1.2, linestyle=UNSTABLE, label="unstable"))
+        entries.append(entry("unstable", INK, linewidth=1.2, linestyle=UNSTABLE))
     legend(figure, entries, columns=LEGEND_COLUMNS)
     return figure
 
@@ -100,22 +89,21 @@ def range_figure(steps: Rows) -> Figure | None:
     names = list(dict.fromkeys(name for step in steps for name in step["range_use"]))
     if not names or len(steps) < 2:
         return None
-    figure, (left, right) = panels(2, height_in=3.0)
+    figure, ((left, right),) = panels(1, 2, height_in=3.0)
     number = np.arange(1, len(steps) + 1)
     for i, name in enumerate(names):
         use = [100 * step["range_use"].get(name, np.nan) for step in steps]
         marker = "o" if len(steps) <= 20 else ""  # a step alone has no line
         left.semilogy(number, use, color=level_colour(i), label=name, linewidth=1.4, marker=marker, markersize=4)
     left.axhline(100.0, color=INK, linewidth=0.9)
-    left.set(title="use of the converter's range", xlabel="step", ylabel="peak, % of the range")
+    dressed(left, title="use of the converter's range", xlabel="step", ylabel="peak, % of the range")
     settle = np.array([step["settle_s"] for step in steps], float)
     measure = np.array([step["measure_s"] for step in steps], float)
     edges = np.arange(len(steps) + 1) + 0.5
     right.stairs(settle, edges, fill=True, color="#e69f00", label="settling")
     right.stairs(settle + measure, edges, baseline=settle, fill=True, color="#0072b2", label="measuring")
-    right.set(title="time of each step", xlabel="step", ylabel="time, s")
+    dressed(right, title="time of each step", xlabel="step", ylabel="time, s")
     for axes in (left, right):
-        dressed(axes)
         axes.set_xlim(edges[0], edges[-1])
         axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
         # above the axes, where nothing that is drawn can hide it

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from twin.views.drawing import Drawing
-from twin.views.figures import WIDTH_IN, dressed
+from twin.views.drawing import dressed, legend, panels
 from twin.views.page import Picture, Section
 from twin.views.style import level_colour
 from twin.views.table import Table
@@ -56,20 +55,17 @@ def noise_section(noise: Mapping[str, Any]) -> Section:
 
 def noise_figure(noise: Mapping[str, Any]) -> Figure:
     """Densities, responses and coherence of a stretch of noise, one above the other."""
-    figure = Drawing(figsize=(WIDTH_IN, 6.4), layout="constrained")
-    panels = figure.subplots(3, 1, sharex=True, height_ratios=[3, 3, 2])
+    figure, grid = panels(3, 1, height_in=6.4, sharex=True, height_ratios=[3, 3, 2])
     channels = list(noise["density"])
-    for axes, what, label in zip(
-        panels, ("density", "response", "coherence"),
-        ("spectral density, unit²/Hz", "response per force, SI units", "coherence"), strict=True,
-    ):  # fmt: skip
+    labels = {
+        "density": "spectral density, unit²/Hz", "response": "response per force, SI units", "coherence": "coherence",
+    }  # fmt: skip
+    for (axes,), (what, label) in zip(grid, labels.items(), strict=True):
         for channel, values in noise[what].items():
-            draw = axes.plot if what == "coherence" else axes.semilogy
-            draw(
-                noise["frequency_Hz"], values, color=level_colour(channels.index(channel)), linewidth=0.9, label=channel
-            )
-        axes.set_ylabel(label)
-        dressed(axes)
-    panels[2].set(ylim=(0, 1.05), xlabel="frequency, Hz")
-    panels[0].legend(frameon=False, fontsize=9, ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.02))
+            colour = level_colour(channels.index(channel))
+            axes.plot(noise["frequency_Hz"], values, color=colour, linewidth=0.9, label=channel)
+        axes.set_yscale("linear" if what == "coherence" else "log")
+        dressed(axes, ylabel=label)
+    grid[2, 0].set(ylim=(0, 1.05), xlabel="frequency, Hz")
+    legend(figure, columns=4)
     return figure

@@ -1,23 +1,19 @@
 """Where the named causes sit: their regions of 95 % on the structure, and the sensor that would tell more."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.diagnose.result import Diagnosis, Estimate, NamedCause
 from twin.identify.measured_data import MeasuredData
 from twin.rigs import Place
 from twin.structure import Structure, drawn_parts, point_of
-from twin.views.figures import WIDTH_IN, Drawing, legend
+from twin.views.drawing import WIDTH_IN, Drawing, legend
 from twin.views.page import Picture, Section
 from twin.views.rig_figure import SENSOR, draw_rest, scatter
 from twin.views.style import level_colour
-
-Array = NDArray[Any]
 
 SAMPLES = 25
 """Points of a region along a beam."""
@@ -32,6 +28,7 @@ def where_section(diagnosis: Diagnosis) -> Section | None:
     if not regions and sensor is None:
         return None
     added = None if sensor is None else Place(sensor.part, sensor.at, sensor.direction)
+    sensors = [output.place for output in evidence.outputs]
     names = " and ".join(regions)
     told = f"Thick: where {names} may sit, with 95 %." if regions else ""
     more = "" if sensor is None else " The star is where one more accelerometer would tell the rivals apart."
@@ -39,7 +36,7 @@ def where_section(diagnosis: Diagnosis) -> Section | None:
         title="Where it is",
         pictures=[
             Picture(
-                draw=lambda: where_figure(evidence.model.structure, regions, sensors=_sensors(evidence), added=added),
+                draw=lambda: where_figure(evidence.model.structure, regions, sensors=sensors, added=added),
                 alt=f"The parts at rest with the sensors, and the region of 95 % of {names or 'no cause'} marked.",
                 caption=(told + more).strip(),
             )
@@ -88,10 +85,6 @@ def _interval(value: Estimate) -> list[float]:
     return np.linspace(value.value - reach, value.value + reach, SAMPLES).tolist()
 
 
-def _sensors(evidence: MeasuredData) -> list[Place]:
-    return [output.place for output in evidence.outputs]
-
-
 def where_figure(
     structure: Structure, regions: dict[str, Array], *, sensors: Sequence[Place], added: Place | None
 ) -> Figure:
@@ -99,15 +92,11 @@ def where_figure(
     parts = drawn_parts(structure)
     figure = Drawing(figsize=(WIDTH_IN, 3.6), layout="constrained")
     axes, flat = draw_rest(figure, parts)
-    entries = []
     for number, (name, points) in enumerate(regions.items()):
-        colour = level_colour(number)
-        scatter(axes, points, colour, "o", 60, flat=flat)
-        entries.append(Line2D([], [], color=colour, marker="o", linestyle="none", label=name))
-    scatter(axes, np.array([point_of(structure, place) for place in sensors]), SENSOR, "s", 22, flat=flat)
-    entries.append(Line2D([], [], color=SENSOR, marker="s", linestyle="none", label="sensors"))
+        scatter(axes, points, level_colour(number), "o", 60, flat=flat, label=name)
+    at = np.array([point_of(structure, place) for place in sensors])
+    scatter(axes, at, SENSOR, "s", 22, flat=flat, label="sensors")
     if added is not None:
-        scatter(axes, point_of(structure, added)[None], NEXT, "*", 160, flat=flat)
-        entries.append(Line2D([], [], color=NEXT, marker="*", linestyle="none", label="sensor to add"))
-    legend(figure, entries)
+        scatter(axes, point_of(structure, added)[None], NEXT, "*", 160, flat=flat, label="sensor to add")
+    legend(figure)
     return figure

@@ -9,7 +9,7 @@ import rerun.blueprint as rrb
 from recordings.run import Run
 from twin.views.curves import SteppedSweep
 from twin.views.receptance import farthest_response, per_force, reading_label
-from twin.views.rerun.chart import Axis, Chart
+from twin.views.rerun.chart import ChartCurve, draw_chart
 from twin.views.style import INK, level_colour
 
 
@@ -31,19 +31,13 @@ def draw_backbone(
         top = int(np.nanargmax(displacement))
         tops.append((float(sweep.frequency_Hz[top]), float(displacement[top])))
     x, y = np.array(sorted(tops, key=lambda top: top[1])).T
-    chart = Chart(
-        recording,
-        path,
-        f"Backbone, {channel}",
-        Axis.over("frequency of the largest step, Hz", [x], margin=0.15),
-        Axis.over(reading_label(channel, farthest.quantity), [np.zeros(1), y], margin=0.1),
-        width=1250.0,
-        text=1.8,
-    )
-    chart.line("line", x, y, INK, width=1.0, dashed=True, legend=False)
     levels = list(dict.fromkeys(sweep.level for sweep in shown))
+    curves, told = [ChartCurve("line", x, y, INK, "dashed", 1.0)], []
     for sweep, (frequency, size) in zip(shown, tops, strict=True):
         colour = level_colour(levels.index(sweep.level))
-        chart.points(sweep.name, np.array([frequency]), np.array([size]), colour, size=5.0, legend=False)
-        chart.tell(sweep.level, colour, "point")
-    return chart.close()
+        curves.append(ChartCurve(sweep.name, np.array([frequency]), np.array([size]), colour, "point", 5.0))
+        told.append((sweep.level, colour, "point"))
+    return draw_chart(
+        recording, path, f"Backbone, {channel}", "frequency of the largest step, Hz",
+        reading_label(channel, farthest.quantity), curves, told=told, margin=0.15, width=1250.0, text=1.8,
+    )  # fmt: skip

@@ -13,13 +13,11 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
 from recordings.errors import printable
+from twin.arrays import Array
 from twin.views.rerun.rrd import entity
 from twin.views.style import on_dark, tick_text, ticks
-
-Array = NDArray[Any]
 
 WIDTH, HEIGHT = 1000.0, 640.0
 """Of the frame, unless a chart asks for another width."""
@@ -222,6 +220,55 @@ class Chart:
                 "axes/y_label",
                 _text([[max(90, 9 * len(self.y.label) - 150) * self.text, -HEIGHT - 44 * self.text]], [self.y.label]),
             )
+
+
+@dataclass(frozen=True)
+class ChartCurve:
+    """A curve of a chart, or markers, as `kind` says: ``line``, ``dashed`` or ``point``.
+
+    `name` is its entity's, and the legend's where it has a place there; `size` is its width, or a marker's radius.
+    """
+
+    name: str
+    x: Array
+    y: Array
+    colour: str
+    kind: str = "line"
+    size: float = 2.0
+    legend: bool = False
+
+
+def draw_chart(
+    recording: rr.RecordingStream, path: str, title: str, x: Axis | str, y: str, curves: Sequence[ChartCurve], *,
+    told: Sequence[tuple[str, str, str]] = (), log: str = "", margin: float = 0.06, **options: Any,
+) -> rrb.Spatial2DView:  # fmt: skip
+    """A chart whose axes hold its curves, a linear vertical one zero too.
+
+    Parameters
+    ----------
+    x, y
+        What the axes are called, with their units; the horizontal one may be given.
+    told
+        Further entries of the legend, as :meth:`Chart.tell` takes them.
+    log
+        Which axes are logarithmic: ``x``, ``y`` or ``xy``.
+    options
+        Of the :class:`Chart`.
+    """
+    heights = [curve.y for curve in curves] + ([] if "y" in log else [np.zeros(1)])
+    across = x if isinstance(x, Axis) else Axis.over(x, [c.x for c in curves], log="x" in log, margin=margin)
+    chart = Chart(recording, path, title, across, Axis.over(y, heights, log="y" in log, margin=margin), **options)
+    for curve in curves:
+        if curve.kind == "point":
+            chart.points(curve.name, curve.x, curve.y, curve.colour, size=curve.size, legend=curve.legend)
+        else:
+            dashed = curve.kind == "dashed"
+            chart.line(
+                curve.name, curve.x, curve.y, curve.colour, width=curve.size, dashed=dashed, legend=curve.legend
+            )  # fmt: skip
+    for entry in told:
+        chart.tell(*entry)
+    return chart.close()
 
 
 def _text(at: list[list[float]], texts: list[str], colour: tuple[int, int, int] = TEXT) -> Any:

@@ -7,34 +7,25 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.fitted_model import modification_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.measured_data import MeasuredData
-from twin.views.curves import (
-    LawBand,
-    about_each_resonance,
-    broadband_responses,
-    compared_models,
-    law_bands,
-    resonance_names,
-)
+from twin.views.curves import LawBand, broadband_responses, compared_models, each_resonance, law_bands
 from twin.views.operating import modal_motion, operating_motions
-from twin.views.receptance import per_force, per_force_label
+from twin.views.receptance import per_force, per_force_label, response_label
 from twin.views.reports.diagnosis import diagnosis_page
 from twin.views.reports.where import regions_of
-from twin.views.rerun.chart import Axis, Chart, common_range
+from twin.views.rerun.chart import Axis, Chart, ChartCurve, draw_chart
 from twin.views.rerun.fit import draw_backbones, draw_history, draw_l_curve, draw_residuals
 from twin.views.rerun.mode import animate_joint, animate_rig, draw_loops
 from twin.views.rerun.parts import SLOW_MOTION
 from twin.views.rerun.rrd import recording_file, send_layout
-from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
+from twin.views.style import INK, KIND, MEASURED, NOISE, level_colour
 
-Array = NDArray[Any]
-
-UNREACHED = "#5f5f5f"
+KINDS = (("before", "dashed", 1.5), ("after", "line", 2.0), ("measured", "point", 3.0))
+"""Of a sweep's curves: how each is drawn, and how wide or large."""
 
 
 def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
@@ -99,12 +90,10 @@ def _by_resonance(
     recording: rr.RecordingStream, evidence: MeasuredData, sweeps: Sequence[SweepComparison], title: str, group: str
 ) -> list[rrb.Grid]:
     """A tab of charts for the sweeps about each resonance."""
-    groups = about_each_resonance(sweeps)
     tabs = []
-    for number, (places, where) in enumerate(zip(groups, resonance_names(sweeps, groups), strict=True), 1):
-        views = _comparison(recording, evidence, [sweeps[i] for i in places], f"{group}/{number}" if where else group)
-        name = f"{title}, {where}" if where else title
-        tabs.append(rrb.Grid(*views, grid_columns=len(views) // 2, name=name))
+    for below, where, about in each_resonance(sweeps):
+        views = _comparison(recording, evidence, about, f"{group}{below}")
+        tabs.append(rrb.Grid(*views, grid_columns=len(views) // 2, name=f"{title}, {where}" if where else title))
     return tabs
 
 
@@ -113,56 +102,36 @@ def _comparison(
 ) -> list[rrb.Spatial2DView]:
     """Charts of receptance, one a channel, then of residuals, one a channel; all these sweeps in each."""
     quantity = {output.channel: output.quantity for output in evidence.outputs}
-    channels = sweeps[0].channels
-    x_range = common_range([sweep.frequency_Hz for sweep in sweeps])
-    views = []
-    for o, channel in enumerate(channels):
-        curves = [
-            [per_force(getattr(sweep, kind)[:, o], quantity[channel], sweep.frequency_Hz) for sweep in sweeps]
-            for kind in ("measured", "before", "after")
-        ]
-        chart = Chart(
-            recording,
-            f"/{group}/receptance/{channel}",
-            f"{channel}: measured, before, after",
-            Axis("frequency, Hz", x_range),
-            Axis.over(
-                per_force_label(channel, quantity[channel]), [np.zeros(1), *(y for kind in curves for y in kind)]
-            ),
-        )
+    levels = [(sweep.sweep, level_colour(i), "") for i, sweep in enumerate(sweeps)]
+    receptances, residuals = [], []
+    for o, channel in enumerate(sweeps[0].channels):
+        label = per_force_label(channel, quantity[channel])
+        curves, left = [], []
         for i, sweep in enumerate(sweeps):
-            measured, before, after = (kind[i] for kind in curves)
-            x, colour = sweep.frequency_Hz, level_colour(i)
-            rising = np.argsort(x, kind="stable")
-            chart.line(f"{sweep.sweep}/before", x[rising], before[rising], colour, width=1.5, dashed=True, legend=False)
-            chart.line(f"{sweep.sweep}/after", x[rising], after[rising], colour, width=2, legend=False)
-            chart.points(f"{sweep.sweep}/measured", x, measured, colour, legend=False)
-            chart.tell(sweep.sweep, colour)
-        for text, kind in (("measured", "point"), ("before", "dashed"), ("after", "line")):
-            chart.tell(text, INK, kind)
-        views.append(chart.close())
-    sizes = [getattr(sweep, f"residual_{kind}") for sweep in sweeps for kind in ("before", "after")]
-    y_range = common_range([np.ones(1), *(np.maximum(size, 0.1) for size in sizes)], log=True)
-    for o, channel in enumerate(channels):
-        chart = Chart(
-            recording,
-            f"/{group}/residual/{channel}",
-            f"{channel}: residuals",
-            Axis("frequency, Hz", x_range),
-            Axis(f"residual of {channel}, σ of its noise", y_range, log=True),
-        )
-        for i, sweep in enumerate(sweeps):
-            rising = np.argsort(sweep.frequency_Hz, kind="stable")
-            x, colour = sweep.frequency_Hz[rising], level_colour(i)
-            before, after = (np.maximum(r[rising, o], 0.1) for r in (sweep.residual_before, sweep.residual_after))
-            chart.line(f"{sweep.sweep}/before", x, before, colour, width=1.5, dashed=True, legend=False)
-            chart.line(f"{sweep.sweep}/after", x, after, colour, legend=False)
-            chart.tell(sweep.sweep, colour)
-        chart.line("noise", np.array(x_range), np.ones(2), INK, width=1)
-        chart.tell("before", INK, "dashed")
-        chart.tell("after", INK, "line")
-        views.append(chart.close())
-    return views
+            order, colour = np.argsort(sweep.frequency_Hz, kind="stable"), level_colour(i)
+            x = sweep.frequency_Hz[order]
+            for kind, style, size in KINDS:
+                H = per_force(getattr(sweep, kind)[order, o], quantity[channel], x)
+                curves.append(ChartCurve(f"{sweep.sweep}/{kind}", x, H, colour, style, size))
+                if kind != "measured":
+                    residual = np.maximum(getattr(sweep, f"residual_{kind}")[order, o], 0.1)
+                    left.append(ChartCurve(f"{sweep.sweep}/{kind}", x, residual, colour, style, size))
+        ends = np.array([min(np.min(curve.x) for curve in left), max(np.max(curve.x) for curve in left)])
+        left.append(ChartCurve("noise", ends, np.ones(2), INK, size=1.0, legend=True))
+        receptances.append(
+            draw_chart(
+                recording, f"/{group}/receptance/{channel}", f"{channel}: measured, before, after", "frequency, Hz",
+                label, curves, told=[*levels, *((kind, INK, style) for kind, style, _ in KINDS)],
+            )
+        )  # fmt: skip
+        residuals.append(
+            draw_chart(
+                recording, f"/{group}/residual/{channel}", f"{channel}: residuals", "frequency, Hz",
+                f"residual of {channel}, σ of its noise", left, log="y",
+                told=[*levels, *((kind, INK, style) for kind, style, _ in KINDS[:2])],
+            )
+        )  # fmt: skip
+    return [*receptances, *residuals]
 
 
 def _broadband(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatial2DView]:
@@ -171,38 +140,25 @@ def _broadband(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.
     responses, errors = [], []
     for i, data in enumerate(evidence.broadband):
         models = {kind: broadband_responses(evidence, fitted_model, i) for kind, fitted_model in fitted.items()}
+        f, noise = data.frequency_Hz, 100 * np.sqrt(np.real(np.diagonal(data.relative_covariance, axis1=1, axis2=2)))
         for o, channel in enumerate(data.channels):
-            x_range = common_range([data.frequency_Hz])
-            sizes = {kind: np.abs(H[:, o]) for kind, H in models.items()}
-            measured = np.abs(data.H[:, o])
-            chart = Chart(
-                recording,
-                f"/broadband/{i}/{channel}",
-                f"{channel}, broadband",
-                Axis("frequency, Hz", x_range),
-                Axis.over(
-                    f"|{channel} / force|, {unit_text(evidence.units[channel])}/N",
-                    [measured, *sizes.values()],
-                    log=True,
-                ),
+            curves, gaps = [], []
+            for kind, H in models.items():
+                style, gap = "dashed" if kind == "before" else "line", 100 * np.abs(H[:, o] / data.H[:, o] - 1)
+                curves.append(ChartCurve(kind, f, np.abs(H[:, o]), KIND[kind], style, legend=True))
+                gaps.append(ChartCurve(kind, f, gap, KIND[kind], size=1.5, legend=True))
+            curves.append(ChartCurve("measured", f, np.abs(data.H[:, o]), MEASURED, "point", 1.5, legend=True))
+            gaps.append(ChartCurve("noise", f, noise[:, o], NOISE, size=1.5, legend=True))
+            path, label = f"/broadband/{i}/{channel}", response_label(channel, evidence.units[channel])
+            responses.append(
+                draw_chart(recording, path, f"{channel}, broadband", "frequency, Hz", label, curves, log="y")
             )
-            for kind, size in sizes.items():
-                chart.line(kind, data.frequency_Hz, size, KIND[kind], dashed=kind == "before")
-            chart.points("measured", data.frequency_Hz, measured, MEASURED, size=1.5)
-            responses.append(chart.close())
-            gaps = {kind: 100 * np.abs(H[:, o] / data.H[:, o] - 1) for kind, H in models.items()}
-            noise = 100 * np.sqrt(np.real(data.relative_covariance[:, o, o]))
-            chart = Chart(
-                recording,
-                f"/broadband/{i}/{channel}_error",
-                f"{channel}, error",
-                Axis("frequency, Hz", x_range),
-                Axis.over(f"relative error of {channel}, %", [*gaps.values(), noise], log=True),
-            )
-            for kind, gap in gaps.items():
-                chart.line(kind, data.frequency_Hz, gap, KIND[kind], width=1.5)
-            chart.line("noise", data.frequency_Hz, noise, "#5f5f5f", width=1.5)
-            errors.append(chart.close())
+            errors.append(
+                draw_chart(
+                    recording, f"{path}_error", f"{channel}, error", "frequency, Hz",
+                    f"relative error of {channel}, %", gaps, log="y",
+                )
+            )  # fmt: skip
     return [*responses, *errors]
 
 
@@ -239,7 +195,7 @@ def _law_chart(recording: rr.RecordingStream, bands: Mapping[str, LawBand]) -> r
     for i, end_m in enumerate(accepted.reach_m):
         if chart.x.ends[0] < 1e6 * end_m < chart.x.ends[1]:
             at = np.full(2, 1e6 * end_m)
-            chart.line(f"reach/{i}", at, np.array(chart.y.ends), UNREACHED, width=1, dashed=True, legend=False)
+            chart.line(f"reach/{i}", at, np.array(chart.y.ends), NOISE, width=1, dashed=True, legend=False)
     chart.tell("thin: one standard deviation", INK, "line")
-    chart.tell("how far data reach", UNREACHED, "dashed")
+    chart.tell("how far data reach", NOISE, "dashed")
     return chart.close()

@@ -1,27 +1,25 @@
 """How well a diagnosis's models fit: residuals by channel, harmonic and level, backbones, L-curve, iterations."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.diagnose.comparison import SweepComparison, predicted_harmonics
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.result import Diagnosis
+from twin.identify.l_curve import LCurve, decompose
 from twin.identify.measured_data import MeasuredData
-from twin.identify.regularisation import LCurve, decompose
 from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
-from twin.views.curves import about_each_resonance, compared_models, resonance_names
+from twin.views.curves import compared_models, each_resonance
 from twin.views.receptance import per_force, reading_label
-from twin.views.rerun.chart import Axis, Chart, common_range
+from twin.views.reports.answer import residual_rows
+from twin.views.rerun.chart import Axis, Chart, ChartCurve, common_range, draw_chart
 from twin.views.style import INK, KIND, level_colour
-
-Array = NDArray[Any]
 
 FULL = 1900.0
 """Width of a chart that has half a screen's height and most of its width."""
@@ -33,9 +31,8 @@ LEAST = 0.01
 def residual_table(diagnosis: Diagnosis) -> dict[tuple[str, int, str], tuple[float, float]]:
     """Rms residuals in standard deviations of the noise, before and after, by channel, harmonic and sweep."""
     table: dict[tuple[str, int, str], tuple[float, float]] = {}
-    for sweep in diagnosis.sweeps:
-        for o, channel in enumerate(sweep.channels):
-            table[channel, 1, sweep.sweep] = _rms(sweep.residual_before[:, o]), _rms(sweep.residual_after[:, o])
+    for name, channel, before, after in residual_rows(diagnosis.sweeps):
+        table[channel, 1, name] = before, after
     search, models = diagnosis.search, list(compared_models(diagnosis).values())
     parts = ((models[0], search.base_harmonics), (models[-1], search.harmonics))
     sizes = [_harmonic_sizes(search.evidence, model, harmonics) for model, harmonics in parts if harmonics is not None]
@@ -97,12 +94,9 @@ def draw_residuals(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.S
 
 def draw_backbones(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatial2DView]:
     """Frequency and size of each sweep's largest step about each resonance, measured and of both models."""
-    sweeps = diagnosis.sweeps
-    groups = about_each_resonance(sweeps) if sweeps else []
-    chosen = [[sweeps[place] for place in group] for group in groups]
     return [
-        _backbone(recording, diagnosis, about, f"/backbone/{number}", f", {name}" if name else "")
-        for number, (about, name) in enumerate(zip(chosen, resonance_names(sweeps, groups), strict=True), 1)
+        _backbone(recording, diagnosis, about, f"/backbone{below or '/1'}", f", {name}" if name else "")
+        for below, name, about in each_resonance(diagnosis.sweeps)
         if len(about) > 1
     ]
 
@@ -113,21 +107,17 @@ def _backbone(
     evidence = diagnosis.evidence
     output = evidence.outputs[evidence.reference]
     kinds = ("measured", *compared_models(diagnosis))
-    lines = {kind: _tops(sweeps, kind, evidence.reference, output.quantity) for kind in kinds}
-    chart = Chart(
-        recording,
-        path,
-        f"Backbone at {output.channel}{where}",
-        Axis.over("frequency of each sweep's largest step, Hz", [x for x, _ in lines.values()], margin=0.15),
-        Axis.over(reading_label(output.channel, output.quantity), [np.zeros(1), *(y for _, y in lines.values())]),
-        width=FULL,
-    )
-    for kind, (x, y) in lines.items():
-        dashed = kind == "before"
-        chart.line(f"{kind}/line", x, y, KIND[kind], width=1.5, dashed=dashed, legend=False)
-        chart.points(f"{kind}/points", x, y, KIND[kind], size=5.0 if kind == "measured" else 3.0, legend=False)
-        chart.tell(kind, KIND[kind], {"measured": "point", "before": "dashed"}.get(kind, "line"))
-    return chart.close()
+    curves, told = [], []
+    for kind in kinds:
+        x, y = _tops(sweeps, kind, evidence.reference, output.quantity)
+        size, style = (5.0, "point") if kind == "measured" else (3.0, "dashed" if kind == "before" else "line")
+        curves.append(ChartCurve(f"{kind}/line", x, y, KIND[kind], "dashed" if kind == "before" else "line", 1.5))
+        curves.append(ChartCurve(f"{kind}/points", x, y, KIND[kind], "point", size))
+        told.append((kind, KIND[kind], style))
+    return draw_chart(
+        recording, path, f"Backbone at {output.channel}{where}", "frequency of each sweep's largest step, Hz",
+        reading_label(output.channel, output.quantity), curves, told=told, margin=0.1, width=FULL,
+    )  # fmt: skip
 
 
 def _tops(sweeps: Sequence[SweepComparison], kind: str, output: int, quantity: str) -> tuple[Array, Array]:
@@ -167,42 +157,33 @@ def draw_l_curve(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spa
             curves[kind] = curve
     if not curves:
         return None
-    chart = Chart(
-        recording,
-        "/l_curve",
-        "L-curves of the last fits",
-        Axis.over("residual: root of chi²", [curve.residual_norm for curve in curves.values()], log=True),
-        Axis.over("departure from the prior, in its σ", [curve.solution_norm for curve in curves.values()], log=True),
-        width=FULL,
-    )
+    drawn = []
     for kind, curve in curves.items():
-        chart.line(kind, curve.residual_norm, curve.solution_norm, KIND[kind], dashed=kind == "before")
+        style, x, y = "dashed" if kind == "before" else "line", curve.residual_norm, curve.solution_norm
+        drawn.append(ChartCurve(kind, x, y, KIND[kind], style, legend=True))
         for name, strength, size in (("corner", curve.corner, 3.0), ("fit", 1.0, 6.0)):
             if curve.strength[0] <= strength <= curve.strength[-1]:
-                at = int(np.argmin(np.abs(np.log(curve.strength / strength))))
-                place = curve.residual_norm[at : at + 1], curve.solution_norm[at : at + 1]
-                chart.points(f"{kind}/{name}", *place, KIND[kind], size=size, legend=False)
-    chart.tell("large: the fit, small: the corner", INK, "point")
-    return chart.close()
+                at = [int(np.argmin(np.abs(np.log(curve.strength / strength))))]
+                drawn.append(ChartCurve(f"{kind}/{name}", x[at], y[at], KIND[kind], "point", size))
+    return draw_chart(
+        recording, "/l_curve", "L-curves of the last fits", "residual: root of chi²",
+        "departure from the prior, in its σ", drawn, told=[("large: the fit, small: the corner", INK, "point")],
+        log="xy", width=FULL,
+    )  # fmt: skip
 
 
 def draw_history(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spatial2DView:
     """Cost after each Gauss-Newton iteration of the last fit of each model."""
-    fits = {kind: np.array(fitted_model.solution.history) for kind, fitted_model in compared_models(diagnosis).items()}
-    longest = max(len(history) for history in fits.values())
-    chart = Chart(
-        recording,
-        "/history",
-        "Last fits, iteration by iteration",
-        Axis("iteration", (-0.5, max(longest - 0.5, 1.5))),
-        Axis.over("cost: chi² with the prior's part", list(fits.values()), log=True),
-        width=FULL,
-    )
-    for kind, history in fits.items():
-        steps = np.arange(len(history))
-        chart.line(kind, steps, history, KIND[kind], dashed=kind == "before")
-        chart.points(f"{kind}/points", steps, history, KIND[kind], legend=False)
-    return chart.close()
+    curves = []
+    for kind, fitted_model in compared_models(diagnosis).items():
+        history = np.array(fitted_model.solution.history)
+        steps, style = np.arange(len(history)), "dashed" if kind == "before" else "line"
+        curves.append(ChartCurve(kind, steps, history, KIND[kind], style, legend=True))
+        curves.append(ChartCurve(f"{kind}/points", steps, history, KIND[kind], "point", 3.0))
+    return draw_chart(
+        recording, "/history", "Last fits, iteration by iteration", "iteration", "cost: chi² with the prior's part",
+        curves, log="y", width=FULL,
+    )  # fmt: skip
 
 
 def _rms(values: Array) -> float:

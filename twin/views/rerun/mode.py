@@ -1,23 +1,19 @@
 """Motions slowed down: the rig in space, and each joint with its opening and slip enlarged; the joints' loops."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
 from twin.identify.measured_data import MeasuredData
 from twin.structure import drawn_parts
 from twin.views.curves import sensor_places
 from twin.views.operating import JointMotion, Motion
-from twin.views.rerun.chart import Axis, Chart
+from twin.views.rerun.chart import Axis, Chart, ChartCurve, draw_chart
 from twin.views.rerun.parts import SLOW_MOTION, animate_parts, cycle, seen_from
 from twin.views.rig_figure import drawn_larger, extent
 from twin.views.style import INK, level_colour, on_dark
-
-Array = NDArray[Any]
 
 OPEN, PRESSED = "#d55e00", "#0072b2"
 
@@ -73,20 +69,15 @@ def draw_loops(recording: rr.RecordingStream, motions: Sequence[Motion], number:
         ("slip", f"Loops of {joint}, along", "slip where it is farthest, µm", "shear force there, N"),
         ("opening", f"Loops of {joint}, across", "opening where it is widest, µm", "normal force there, N"),
     ):
-        loops = []
-        for motion in motions:
+        curves, told = [], []
+        for i, motion in enumerate(motions):
             own = motion.joints[number]
             moved, force = (own.farthest, own.shear_N) if name == "slip" else (own.widest, own.peel_N)
-            loops.append((motion.title, 1e3 * np.real(moved * turned), np.real(force * turned)))
-        chart = Chart(
-            recording,
-            f"/loops/{joint}/{name}",
-            title,
-            Axis.over(x_label, [x for _, x, _ in loops], margin=0.1),
-            Axis.over(y_label, [y for *_, y in loops], margin=0.1),
-        )
-        for i, (text, x, y) in enumerate(loops):
-            chart.line(f"{i}", x, y, level_colour(i), width=2, legend=False)
-            chart.tell(text, level_colour(i), "line")
-        views.append(chart.close())
+            curves.append(ChartCurve(f"{i}", 1e3 * np.real(moved * turned), np.real(force * turned), level_colour(i)))
+            told.append((motion.title, level_colour(i), "line"))
+        views.append(
+            draw_chart(
+                recording, f"/loops/{joint}/{name}", title, x_label, y_label, curves, told=told, margin=0.1
+            )
+        )  # fmt: skip
     return views

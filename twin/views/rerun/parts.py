@@ -6,13 +6,11 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.structure import DrawnPart
 from twin.views.rig_figure import extent
 from twin.views.style import level_colour, on_dark
-
-Array = NDArray[Any]
 
 SLOW_MOTION = "slow_motion"
 """Timeline of the animations."""

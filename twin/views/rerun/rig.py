@@ -10,11 +10,10 @@ from twin.structure import drawn_parts, point_of
 from twin.structure.modelled_rig import ModelledRig
 from twin.views.rerun.parts import SLOW_MOTION, animate_parts, log_part, seen_from
 from twin.views.rerun.rrd import recording_file, send_layout
-from twin.views.rig_figure import drawn_larger, extent, unit_arrow
+from twin.views.rig_figure import DRIVE, JOINT, SENSOR, drawn_larger, extent, unit_arrow
 from twin.views.style import level_colour, on_dark, rgb
 
 MODES = 6
-JOINT, DRIVE, SENSOR = "#d55e00", "#cc79a7", "#009e73"
 
 
 def save_rig_view(modelled: ModelledRig, path: Path) -> None:

@@ -11,10 +11,12 @@ from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
 from recordings.errors import printable
 from recordings.whole import whole_file
+from twin.arrays import Array
+from twin.views.style import on_dark
 
 APPLICATION = "twin"
 """What the viewer calls all of this project's recordings."""
-EVENTS = "/events"
+EVENTS, TIME = "/events", "time"
 
 
 @contextmanager
@@ -43,6 +45,18 @@ def recording_file(path: Path) -> Iterator[rr.RecordingStream]:
 def entity(path: str) -> str:
     """The entity of a path whose parts are names as strangers have them."""
     return "/" + "/".join(rr.escape_entity_path_part(part) for part in path.split("/") if part)
+
+
+def log_series(recording: rr.RecordingStream, path: str, label: str, colour: str) -> None:
+    """Say how a signal is drawn: by its extremes, not by averages."""
+    style = rr.SeriesLines(colors=[on_dark(colour)], names=label, widths=1, aggregation_policy="MinMax")
+    recording.log(path, style, static=True)
+
+
+def log_samples(recording: rr.RecordingStream, path: str, time_ns: Array, values: Array) -> None:
+    """Samples of a signal at times since the recording's beginning."""
+    times = rr.TimeColumn(TIME, duration=time_ns.astype("timedelta64[ns]"))
+    recording.send_columns(path, [times], rr.Scalars.columns(scalars=values))
 
 
 def send_layout(recording: rr.RecordingStream, layout: Any, **time: Any) -> None:

@@ -7,27 +7,24 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
 from recordings.errors import printable
 from recordings.run import Run, StepState
+from twin.arrays import Array
 from twin.identify.spectrum import broadband_records, h1
-from twin.views.curves import SteppedSweep, about_each_resonance, parted, resonance_names, stepped_sweeps
+from twin.views.curves import SteppedSweep, each_resonance, parted, stepped_sweeps
 from twin.views.extremes import extremes
-from twin.views.receptance import per_force, per_force_label
+from twin.views.receptance import branch_curves, per_force_label, response_label
 from twin.views.rerun.backbone import draw_backbone
-from twin.views.rerun.chart import Axis, Chart, common_range
-from twin.views.rerun.rrd import entity, log_line, log_view, recording_file, send_layout
+from twin.views.rerun.chart import Axis, ChartCurve, common_range, draw_chart
+from twin.views.rerun.rrd import TIME, entity, log_line, log_samples, log_series, log_view, recording_file, send_layout
 from twin.views.run_text import run_markdown
-from twin.views.style import INK, level_colour, on_dark, unit_text
-
-Array = NDArray[Any]
+from twin.views.style import INK, level_colour, unit_text
 
 BLOCK = 65536
 MOST_SAMPLES = 2_000_000
 """Samples of a channel that are shown one by one; of more than that, the least and greatest of each short stretch."""
 MOST_EVENTS = 10_000
-TIME = "time"
 WIDE = 1350.0
 """Width of two charts side by side below the signals."""
 
@@ -99,14 +96,10 @@ def _signals(recording: rr.RecordingStream, run: Run) -> list[rrb.TimeSeriesView
         path = entity(f"/signals/{name}")
         label = printable(f"{name}, {unit_text(channel.unit)}")
         largest = float(np.nanmax(np.abs(values), initial=0.0))
-        style = rr.SeriesLines(colors=[on_dark(level_colour(i))], names=label, widths=1, aggregation_policy="MinMax")
-        recording.log(path, style, static=True)
-        times = (device.times_ns()[position] - origin).astype("timedelta64[ns]")
+        log_series(recording, path, label, level_colour(i))
+        time_ns = device.times_ns()[position] - origin
         for start in range(0, len(values), BLOCK):
-            part = slice(start, start + BLOCK)
-            recording.send_columns(
-                path, [rr.TimeColumn(TIME, duration=times[part])], rr.Scalars.columns(scalars=values[part])
-            )
+            log_samples(recording, path, time_ns[start : start + BLOCK], values[start : start + BLOCK])
         views.append(
             rrb.TimeSeriesView(
                 origin=path,
@@ -136,13 +129,9 @@ def _by_resonance(
     """Charts of the sweeps, and their backbones; about several resonances, each has its own."""
     if not reduced or max(len(sweep.frequency_Hz) for sweep in reduced) < 2:
         return [], []
-    reduced = [part for sweep in reduced for part in parted(sweep)]
-    groups = about_each_resonance(reduced)
     charts: list[Any] = []
     backbones = []
-    for number, (places, where) in enumerate(zip(groups, resonance_names(reduced, groups), strict=True), 1):
-        about = [reduced[place] for place in places]
-        below = f"/{number}" if where else ""
+    for below, where, about in each_resonance([part for sweep in reduced for part in parted(sweep)]):
         views = _sweep_charts(recording, run, about, rehearsal, f"/sweeps{below}")
         charts += [rrb.Horizontal(*views, name=where)] if where else views
         backbone = draw_backbone(recording, run, about, path=f"/backbone{below}")
@@ -158,45 +147,28 @@ def _sweep_charts(
     low, high = common_range([sweep.frequency_Hz for sweep in reduced])
     for channel in reduced[0].receptance:
         drawn = [sweep for sweep in reduced if channel in sweep.receptance]
-        branches = [b for b in _branches(run, channel, rehearsal) if np.any((b[1] >= low) & (b[1] <= high))]
-        chart = Chart(
-            recording,
-            f"{path}/{channel}",
-            f"Sweeps, {channel}",
-            Axis.over("frequency, Hz", [sweep.frequency_Hz for sweep in drawn]),
-            Axis.over(
-                per_force_label(channel, run.channels[channel].quantity),
-                [np.zeros(1), *(s.receptance[channel] for s in drawn), *(size for *_, size in branches)],
-            ),
-            width=WIDE,
-            text=1.2,
-        )
+        predicted = branch_curves(rehearsal.get("branches") or [], run.channels[channel])
+        branches = [curve for curve in predicted if np.any((curve[1] >= low) & (curve[1] <= high))]
         levels = list(dict.fromkeys(sweep.level for sweep in drawn))
+        curves, told = [], []
         for sweep in drawn:
-            colour = level_colour(levels.index(sweep.level))
-            x, y = sweep.frequency_Hz, sweep.receptance[channel]
-            chart.line(f"{sweep.name}/line", x, y, colour, width=1.0, legend=False)
-            chart.points(f"{sweep.name}/steps", x, y, colour, legend=False)
-            chart.tell(sweep.name, colour, "point")
-        for i, (level, frequency, size) in enumerate(branches):
+            colour, y = level_colour(levels.index(sweep.level)), sweep.receptance[channel]
+            curves.append(ChartCurve(f"{sweep.name}/line", sweep.frequency_Hz, y, colour, size=1.0))
+            curves.append(ChartCurve(f"{sweep.name}/steps", sweep.frequency_Hz, y, colour, "point", 3.0))
+            told.append((sweep.name, colour, "point"))
+        for i, (force_N, frequency, size) in enumerate(branches):
+            level = f"{force_N:g} N"
             colour = level_colour(levels.index(level)) if level in levels else INK
-            chart.line(f"branches/{i}", frequency, size, colour, width=1.5, dashed=True, legend=False)
-            chart.tell("predicted branches", INK, "dashed")
-        views.append(chart.close())
+            curves.append(ChartCurve(f"branches/{i}", frequency, size, colour, "dashed", 1.5))
+        told += [("predicted branches", INK, "dashed")] if branches else []
+        label = per_force_label(channel, run.channels[channel].quantity)
+        views.append(
+            draw_chart(
+                recording, f"{path}/{channel}", f"Sweeps, {channel}", Axis("frequency, Hz", (low, high)), label,
+                curves, told=told, width=WIDE, text=1.2,
+            )
+        )  # fmt: skip
     return views
-
-
-def _branches(run: Run, channel: str, rehearsal: Mapping[str, Any]) -> list[tuple[str, Array, Array]]:
-    """Predicted curves of a rehearsal at one channel: level, frequency in Hz, what is read per force."""
-    found = []
-    for branch in rehearsal.get("branches") or []:
-        curve = branch["response"].get(channel)
-        if curve is not None:
-            frequency = np.array(branch["frequency_Hz"], float)
-            response = np.array(curve["amplitude"], float) / branch["force_N"]
-            size = per_force(response, run.channels[channel].quantity, frequency)
-            found.append((f"{branch['force_N']:g} N", frequency, size))
-    return found
 
 
 def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spatial2DView]:
@@ -208,28 +180,19 @@ def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spati
     views = []
     estimates = [(record.sweep, h1(record, force=force)) for record in records]
     for channel in estimates[0][1].H:
-        kept = []
-        for name, estimate in estimates:
+        curves = []
+        for i, (name, estimate) in enumerate(estimates):
             seen = (estimate.coherence[channel] > 0.5) & (estimate.frequency_Hz > 0)
             last = np.flatnonzero(seen)[-1] + 1 if seen.any() else 1
-            size = np.where(seen, np.abs(estimate.H[channel]), np.nan)
-            kept.append((name, estimate.frequency_Hz[:last], size[:last]))
-        chart = Chart(
-            recording,
-            f"/broadband/{channel}",
-            f"H1, {channel}",
-            Axis.over("frequency, Hz (where the coherence is above 0.5)", [frequency for _, frequency, _ in kept]),
-            Axis.over(
-                f"|{channel} / {force}|, {unit_text(run.channels[channel].unit)}/N",
-                [size for _, _, size in kept],
-                log=True,
-            ),
-            width=WIDE,
-            text=1.2,
-        )
-        for i, (name, frequency, size) in enumerate(kept):
-            chart.line(name, frequency, size, level_colour(i), width=1.5)
-        views.append(chart.close())
+            size = np.where(seen, np.abs(estimate.H[channel]), np.nan)[:last]
+            curves.append(ChartCurve(name, estimate.frequency_Hz[:last], size, level_colour(i), size=1.5, legend=True))
+        views.append(
+            draw_chart(
+                recording, f"/broadband/{channel}", f"H1, {channel}",
+                "frequency, Hz (where the coherence is above 0.5)",
+                response_label(channel, run.channels[channel].unit, force), curves, log="y", width=WIDE, text=1.2,
+            )
+        )  # fmt: skip
     return views
 
 
@@ -244,18 +207,11 @@ def _harmonics(recording: rr.RecordingStream, run: Run, reduced: Sequence[Steppe
     order = np.argsort(np.concatenate([sweep.time_s for sweep in reduced]))
     time_s = np.concatenate([sweep.time_s for sweep in reduced])[order]
     sizes = np.concatenate([sweep.harmonics[channel] for sweep in reduced])[order]
-    times = (time_s * 1e9 - origin).astype("timedelta64[ns]")
     with np.errstate(divide="ignore", invalid="ignore"):
         dB = 20 * np.log10(sizes / sizes[:, :1])
     for k, number in enumerate((2, 3, 5)):
-        path = f"/harmonics/{number}"
-        style = rr.SeriesLines(
-            colors=[on_dark(level_colour(k))], names=f"harmonic {number}", aggregation_policy="MinMax"
-        )
-        recording.log(path, style, static=True)
-        recording.send_columns(
-            path, [rr.TimeColumn(TIME, duration=times)], rr.Scalars.columns(scalars=dB[:, number - 1])
-        )
+        log_series(recording, f"/harmonics/{number}", f"harmonic {number}", level_colour(k))
+        log_samples(recording, f"/harmonics/{number}", time_s * 1e9 - origin, dB[:, number - 1])
     return rrb.TimeSeriesView(
         origin="/harmonics",
         name=printable(f"Harmonics of {channel}, dB of its fundamental, step by step"),

@@ -6,17 +6,15 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
 from recordings.quantities import quantity
 from recordings.tables import FrequencyTable, SweepTable
+from twin.arrays import Array
 from twin.views.receptance import per_force
-from twin.views.rerun.chart import Axis, Chart
+from twin.views.rerun.chart import ChartCurve, draw_chart
 from twin.views.rerun.rrd import recording_file, send_layout
 from twin.views.style import MEASURED, level_colour, unit_text
 from twin.views.table import Table, markdown_text, table_markdown
-
-Array = NDArray[Any]
 
 WIDE = 2400.0
 """Width of a chart that has a third of a screen's height and most of its width."""
@@ -56,42 +54,30 @@ def _sweeps(recording: rr.RecordingStream, table: SweepTable) -> list[rrb.Spatia
 
 
 def _chart(recording: rr.RecordingStream, table: SweepTable, name: str, label: str, values: Array) -> Any:
-    finite = values[np.isfinite(values)]
-    chart = Chart(
-        recording,
-        f"/sweeps/{name}",
-        f"{name} of every sweep",
-        Axis.over("frequency, Hz", [table.frequency_Hz]),
-        Axis.over(label, [np.zeros(1), finite]),
-        width=WIDE,
-    )
-    levels = table.sweeps()
+    levels, curves, told = table.sweeps(), [], []
     for i, (level, rows) in enumerate(levels.items()):
         rows = rows[np.isfinite(values[rows])]
         rising = rows[np.argsort(table.frequency_Hz[rows], kind="stable")]
         x, y, colour = table.frequency_Hz[rising], values[rising], level_colour(i)
-        chart.line(f"{level:g}", x, y, colour, width=1.5, legend=False)
-        chart.points(f"{level:g}/steps", x, y, colour, legend=False)
-        if len(levels) <= 12:  # more find no room in the legend
-            chart.tell(f"level {level:g}", colour)
-    return chart.close()
+        curves.append(ChartCurve(f"{level:g}", x, y, colour, size=1.5))
+        curves.append(ChartCurve(f"{level:g}/steps", x, y, colour, "point", 3.0))
+        told.append((f"level {level:g}", colour, ""))
+    if len(levels) > 12:  # more find no room in the legend
+        told = []
+    return draw_chart(
+        recording, f"/sweeps/{name}", f"{name} of every sweep", "frequency, Hz", label, curves, told=told, width=WIDE
+    )  # fmt: skip
 
 
 def _frequencies(recording: rr.RecordingStream, table: FrequencyTable) -> Any:
     """Frequency against the mode's number, every preload a colour."""
     states = list(dict.fromkeys(table.preload)) or [""]
-    chart = Chart(
-        recording,
-        "/frequencies",
-        "natural frequencies",
-        Axis.over("mode", [table.mode.astype(float)]),
-        Axis.over("frequency, Hz", [np.zeros(1), table.frequency_Hz]),
-    )
+    curves = []
     for i, state in enumerate(states):
         rows = np.flatnonzero([s == state for s in table.preload]) if table.preload else np.arange(len(table))
-        colour = level_colour(i) if len(states) > 1 else MEASURED
-        chart.points(state or "measured", table.mode[rows].astype(float), table.frequency_Hz[rows], colour, size=5.0)
-    return chart.close()
+        colour, x = level_colour(i) if len(states) > 1 else MEASURED, table.mode[rows].astype(float)
+        curves.append(ChartCurve(state or "measured", x, table.frequency_Hz[rows], colour, "point", 5.0, legend=True))
+    return draw_chart(recording, "/frequencies", "natural frequencies", "mode", "frequency, Hz", curves)
 
 
 def _about_sweeps(table: SweepTable) -> Table:

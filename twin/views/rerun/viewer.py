@@ -105,9 +105,9 @@ def open_viewer(*options: str, file: Path | None = None) -> Viewer:
 
 
 @contextmanager
-def headless_viewer(*, size: tuple[int, int] = (1920, 1080), file: Path | None = None) -> Iterator[Viewer]:
-    """A viewer without a screen, ended with the block; `size` in pixels."""
-    viewer = open_viewer("--headless", "--window-size", f"{size[0]}x{size[1]}", file=file)
+def headless_viewer(*, file: Path | None = None) -> Iterator[Viewer]:
+    """A viewer without a screen, ended with the block."""
+    viewer = open_viewer("--headless", "--window-size", "1920x1080", file=file)
     try:
         yield viewer
     finally:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.identify.regularisation import decompose
+from twin.identify.l_curve import decompose
 
 
 def shaw(n):

@@ -48,7 +48,7 @@ class ParallelJenkins:
         rows = zip(self.stiffness_N_per_m, self.slip_force_N, strict=True)
         return np.array([len(self.slip_force_N), *(value for row in rows for value in row)], float)
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along a path."""
         k, limit = np.array(self.stiffness_N_per_m), np.array(self.slip_force_N)
         force, total = np.zeros(len(k)), np.empty_like(e)
@@ -57,7 +57,7 @@ class ParallelJenkins:
             total[i] = force.sum()
         return total
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """Equivalent stiffness, the sum of the elements'."""
         pairs = zip(self.stiffness_N_per_m, self.slip_force_N, strict=True)
         return np.asarray(sum(jenkins_stiffness(amplitude, k, F) for k, F in pairs))

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from twin.causes.dice import Dice, Parameters
+from twin.cause_registry.dice import Dice, Parameters
 
 
 def _clamp_compliance(dice: Dice) -> Parameters:

@@ -20,6 +20,7 @@ from scipy.linalg import cho_factor, cho_solve
 from twin.diagnose.attachment_signatures import AttachmentSignatures
 from twin.diagnose.cause import Cause, Parameter, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, difference_step, modification_of
+from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import Tolerances
 from twin.diagnose.parallel_map import parallel_map
 from twin.identify.base_fit import baseline_bounds
@@ -36,9 +37,6 @@ from twin.identify.whitening import HarmonicResiduals
 __all__ = ["Score", "score_causes"]
 
 Array = NDArray[Any]
-
-FELT = 0.3
-"""Least size of a direction of the tolerances, in standard deviations of the data."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +121,7 @@ def score_causes(
 def _principal(columns: Array) -> Array:
     """The fewest columns that have the same covariance, but for what no data of this length could tell."""
     U, size, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(U[:, size > FELT] * size[size > FELT])
+    return np.asarray(U[:, size > LIMITS.score_test_felt] * size[size > LIMITS.score_test_felt])
 
 
 @dataclass(frozen=True)

@@ -199,22 +199,10 @@ def _advance(
 
 
 def follow(
-    s: System,
-    start: Matrix,
-    begin: float,
-    end: float,
-    held: float,
-    by_drive: bool,
-    span: float,
-    step: float,
-    landing: bool,
-    tolerance: float,
-    corrections: int,
-    X: Matrix,
-    P: Matrix,
-    F: Matrix,
+    s: System, start: Matrix, begin: float, end: float, held: float, by_drive: bool, span: float, step: float,
+    landing: bool, tolerance: float, corrections: int, X: Matrix, P: Matrix, F: Matrix,
     iterations: NDArray[np.int64],
-) -> tuple[int, int]:
+) -> tuple[int, int]:  # fmt: skip
     """As the compiled one."""
     low, high = sorted((begin, end))
     h, target, largest = step / 10, end / span, np.zeros(F.shape[1])

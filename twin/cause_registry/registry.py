@@ -1,9 +1,9 @@
 """Where everything that belongs to a cause is found: its effect on the bench, its model, its finding, its draw.
 
-Each cause is a folder here, and an entry in :mod:`twin.causes.draws`.  ``effect.py`` is the truth's side, ``model.py``
-the diagnosis'; neither imports the other, and nothing is imported before it is asked for, so that the bench never meets
-an inference.  Causes from outside come from files, see :mod:`twin.causes.outside`, and from the entry points of other
-distributions.
+Each cause is a folder of :mod:`twin.causes` and an entry in :mod:`twin.cause_registry.draws`.  ``effect.py`` is the
+truth's side, ``model.py`` the diagnosis'; neither imports the other, and nothing is imported before it is asked for, so
+that the bench never meets an inference.  Causes from outside come from files, see :mod:`twin.cause_registry.outside`,
+and from the entry points of other distributions.
 """
 
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
@@ -12,7 +12,8 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, Generic, TypeVar
 
-from twin.causes.draws import LISTED
+from twin.cause_registry.draws import LISTED
+from twin.cause_registry.outside import outside_causes
 
 T = TypeVar("T")
 
@@ -37,8 +38,6 @@ class Registered(MutableMapping[str, T], Generic[T]):
         return dict(self._listed())
 
     def _all(self) -> dict[str, T]:
-        from twin.causes.outside import outside_causes
-
         parts = ((cause.name, getattr(cause, self._part)) for cause in outside_causes())
         return self._own | {name: part for name, part in parts if part is not None}
 
@@ -75,7 +74,7 @@ def from_folders(part: str, get: Callable[[Any, str], T]) -> Callable[[], dict[s
 
 
 DRAWS: Mapping[str, Callable[..., dict[str, float | str]]] = Registered("draw", lambda: LISTED)
-"""By name, a function of :class:`twin.causes.dice.Dice` that gives parameters of normal size."""
+"""By name, a function of :class:`twin.cause_registry.dice.Dice` that gives parameters of normal size."""
 
 
 def _finding(module: Any, name: str) -> Any:

@@ -12,7 +12,7 @@ from recordings import read_run
 from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.models import CAUSES
-from twin.diagnose.score import score_causes
+from twin.diagnose.score_test import score_causes
 from twin.identify import error_model
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import SOUND

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from recordings.errors import InputError
+from twin.cause_registry.draws import LISTED
 
 VARIABLE = "TWIN_CAUSES"
 GROUP = "twin.causes"
@@ -36,7 +37,7 @@ class OutsideCause:
         For a fault that the samples show by themselves: a function of runs that returns a list of
         :class:`twin.diagnose.signals.finding.Finding`.
     draw
-        Parameters of normal size for campaigns, from :class:`twin.causes.dice.Dice`.
+        Parameters of normal size for campaigns, from :class:`twin.cause_registry.dice.Dice`.
     """
 
     name: str
@@ -88,20 +89,18 @@ def load_causes(path: Path) -> tuple[OutsideCause, ...]:
     InputError
         If there is no such file, it cannot be imported, has no cause, or one whose name is taken.
     """
-    from twin.causes.registry import NAMES
-
     path = path.resolve()
     if not path.is_file():
         raise InputError(path, "", "there is no such file", "name a Python file with a CAUSE in it")
     if not path.stem.isidentifier() or path.suffix != ".py":
-        raise InputError(path, "", "is no module's name", "call it like a Python module: letters, digits, _, then .py")
+        raise InputError(path, "", "is not a valid module name", "use letters, digits and _, then .py")
     known = _files()
     if path in known:
         return _of_file(path)
     if any(path.stem == other.stem for other in known):
         raise InputError(path, "", f"another file of causes is called {path.stem} too", "rename one of them")
     before = os.environ.get(VARIABLE, "")
-    taken = {*NAMES, *(cause.name for cause in outside_causes())}
+    taken = {*LISTED, *(cause.name for cause in outside_causes())}
     os.environ[VARIABLE] = os.pathsep.join([*map(str, known), str(path)])
     try:
         _search_there()

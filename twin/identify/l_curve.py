@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.limits import LIMITS
+
 Array = NDArray[Any]
 
 POINTS = 200
-SMALLEST = 1e-8
-"""Weakest regularisation tried, as a share of the largest singular value: below it the sums are round-off."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Tikhonov:
         if len(s) == 0 or not beta.any():
             nothing = np.zeros(1)
             return LCurve(nothing, nothing + self.outside, nothing, nothing, nothing)
-        weakest = max(0.1 * s[-1], SMALLEST * s[0])
+        weakest = max(0.1 * s[-1], LIMITS.l_curve_smallest * s[0])
         lam = np.geomspace(weakest, s[0], points)
         f = s**2 / (s**2 + lam[:, None] ** 2)
         c = 1 - f

@@ -15,31 +15,16 @@ from numpy.typing import NDArray
 from twin.bench.build import Built
 from twin.response import continuation
 from twin.response.kernel import drive_slope
+from twin.response.limits import LIMITS
 from twin.response.outcome import ENDED, FOUND, LONG, WORDS
-from twin.response.solutions import Branch, Failure, PeriodicSolution, Sweep
+from twin.response.solutions import Failure, PeriodicSolution, SolutionBranch, SolutionSweep
 from twin.response.stability import floquet_multipliers
 from twin.response.system import system_of, transfer
 
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-MODEL_RATE_Hz = 51200.0
-"""Selects the modes where no rate is asked for: all that the bench ever keeps."""
-INTERNAL_RATE_Hz = 11264.0
-"""Of the march whose stability is asked for: the bench's own."""
-TOLERANCE = 1e-9
-"""Residual over the size of the unknowns, coordinate by coordinate."""
-NEUTRAL = 1e-4
-"""What a multiplier may exceed one by and count as one: a hundredth of what light damping takes off in a period."""
 MOST_ITERATIONS, MOST_CORRECTIONS = 30, 12
-FROM_REST = 0.25
-"""Most of the first step from the linear response that the second may be: nearly linear."""
-LEAST_DRIVE = 2.0**-40
-"""Part of the drive at which a rig that is not nearly linear counts as one without a steady state."""
-STEP, MOST_POINTS = 0.2, 2000
-"""Greatest arclength of a step, and most points, on the way from one steady state to another."""
-NARROW = 0.02
-"""Least unit of frequency on that way, over the frequency: about the width of a resonance."""
 
 
 class _State(NamedTuple):
@@ -79,7 +64,7 @@ class HarmonicBalance:
     _kernel: Any = continuation
 
     def __init__(
-        self, built: Built, *, harmonics: int = 7, samples: int = 256, internal_rate_Hz: float = MODEL_RATE_Hz
+        self, built: Built, *, harmonics: int = 7, samples: int = 256, internal_rate_Hz: float = LIMITS.model_rate_Hz
     ) -> None:
         self._poles = built.poles(0.0, internal_rate_Hz)
         self._elements = built.elements()
@@ -94,7 +79,7 @@ class HarmonicBalance:
         amplitude: float,
         *,
         start: PeriodicSolution | None = None,
-        tolerance: float = TOLERANCE,
+        tolerance: float = LIMITS.harmonic_balance_tolerance,
     ) -> PeriodicSolution:
         """The steady state at one frequency: on the branch of a neighbour, or where rest leads as the drive is raised.
 
@@ -119,7 +104,7 @@ class HarmonicBalance:
             raise ArithmeticError(f"harmonic balance finds no steady state at {found}")
         return self._told([found])[0]
 
-    def sweep(self, frequencies_Hz: Sequence[float], amplitude: float) -> Sweep:
+    def sweep(self, frequencies_Hz: Sequence[float], amplitude: float) -> SolutionSweep:
         """Steady states of a stepped sweep, each on the branch of the one before.
 
         Where that branch turns back before the next frequency, the sweep jumps to where the branch comes by that
@@ -131,18 +116,22 @@ class HarmonicBalance:
         before: _State | None = None
         for frequency in frequencies_Hz:
             w = 2 * np.pi * frequency
-            reached = self._from_rest(w, amplitude, TOLERANCE) if before is None else self._stepped(before, w)
+            reached = (
+                self._from_rest(w, amplitude, LIMITS.harmonic_balance_tolerance)
+                if before is None
+                else self._stepped(before, w)
+            )
             if isinstance(reached, Failure):
                 failures.append(reached)
                 before = None
             else:
                 found.append(reached)
                 before = reached
-        return Sweep(tuple(self._told(found)), tuple(failures))
+        return SolutionSweep(tuple(self._told(found)), tuple(failures))
 
     def branch(
         self, start_Hz: float, stop_Hz: float, amplitude: float, *, step: float = 0.05, most: int = 2000
-    ) -> Branch:
+    ) -> SolutionBranch:
         """The branch from one frequency to another, through folds, by pseudo-arclength continuation.
 
         Parameters
@@ -155,9 +144,9 @@ class HarmonicBalance:
             Points after which it gives up.
         """
         begin, end = 2 * np.pi * start_Hz, 2 * np.pi * stop_Hz
-        first = self._from_rest(begin, amplitude, TOLERANCE)
+        first = self._from_rest(begin, amplitude, LIMITS.harmonic_balance_tolerance)
         if isinstance(first, Failure):
-            return Branch((), first)
+            return SolutionBranch((), first)
         way = self._follow(first.x, begin, end, amplitude, by_drive=False, span=abs(end - begin), step=step, most=most)
         states = [first]
         for x, w, F, iterations in zip(way.X, way.P, way.F, way.iterations, strict=True):
@@ -167,9 +156,9 @@ class HarmonicBalance:
             last_Hz = states[-1].w / (2 * np.pi)
             reason = f"the branch has more than {most} points" if way.outcome == LONG else WORDS[way.outcome]
             failure = Failure(last_Hz, reason, np.nan, len(states))
-        return Branch(tuple(self._told(states)), failure)
+        return SolutionBranch(tuple(self._told(states)), failure)
 
-    def multipliers(self, solution: PeriodicSolution, *, rate_Hz: float = INTERNAL_RATE_Hz) -> Complex:
+    def multipliers(self, solution: PeriodicSolution, *, rate_Hz: float = LIMITS.internal_rate_Hz) -> Complex:
         """Floquet multipliers of a steady state on the bench, largest first.
 
         Parameters
@@ -190,7 +179,7 @@ class HarmonicBalance:
 
         A slider that never slips keeps its force for ever, which is a multiplier of one and no instability.
         """
-        return bool(abs(self.multipliers(solution)[0]) < 1.0 + NEUTRAL)
+        return bool(abs(self.multipliers(solution)[0]) < 1.0 + LIMITS.harmonic_balance_neutral)
 
     def _linear(self, w: float, amplitude: float) -> Matrix:
         """Unknowns without local forces."""
@@ -213,10 +202,12 @@ class HarmonicBalance:
     def _from_rest(self, w: float, amplitude: float, tolerance: float) -> _State | Failure:
         """The steady state that rest leads to as the drive is raised, through folds if need be."""
         linear, part = self._linear(w, amplitude), 1.0
-        found = self._newton(linear, w, amplitude, tolerance, FROM_REST)
-        while isinstance(found, Failure) and part > LEAST_DRIVE:
+        found = self._newton(linear, w, amplitude, tolerance, LIMITS.from_rest)
+        while isinstance(found, Failure) and part > LIMITS.least_drive:
             part /= 2.0
-            found = self._newton(part * linear, w, part * amplitude, TOLERANCE, FROM_REST)
+            found = self._newton(
+                part * linear, w, part * amplitude, LIMITS.harmonic_balance_tolerance, LIMITS.from_rest
+            )
         return found if isinstance(found, Failure) or part == 1.0 else self._raised(found, amplitude, tolerance)
 
     def _raised(self, state: _State, amplitude: float, tolerance: float) -> _State | Failure:
@@ -230,21 +221,21 @@ class HarmonicBalance:
         if not isinstance(found, Failure):
             return found
         if amplitude != state.amplitude:
-            raised = self._raised(state, amplitude, TOLERANCE)
+            raised = self._raised(state, amplitude, LIMITS.harmonic_balance_tolerance)
             if isinstance(raised, Failure):
                 return raised
             state = raised
         if w == state.w:
             return state
-        span = max(abs(w - state.w), NARROW * w)
+        span = max(abs(w - state.w), LIMITS.harmonic_balance_narrow * w)
         return self._along(state, w, by_drive=False, span=span, tolerance=tolerance)
 
     def _stepped(self, before: _State, w: float) -> _State | Failure:
         """What a sweep comes to at its next frequency: on its branch, or where rest leads to if that never comes by."""
-        reached = self._onward(before, w, before.amplitude, TOLERANCE)
+        reached = self._onward(before, w, before.amplitude, LIMITS.harmonic_balance_tolerance)
         if not isinstance(reached, Failure):
             return reached
-        landed = self._from_rest(w, before.amplitude, TOLERANCE)
+        landed = self._from_rest(w, before.amplitude, LIMITS.harmonic_balance_tolerance)
         return reached if isinstance(landed, Failure) else landed._replace(jumped=True)
 
     def _along(
@@ -253,7 +244,8 @@ class HarmonicBalance:
         """Follow the branch until it first comes by the target; `jumped` if it turned back before."""
         begin, held = (state.amplitude, state.w) if by_drive else (state.w, state.amplitude)
         way = self._follow(
-            state.x, begin, target, held, by_drive=by_drive, span=span, step=STEP, most=MOST_POINTS,
+            state.x, begin, target, held, by_drive=by_drive, span=span,
+            step=LIMITS.harmonic_balance_step, most=LIMITS.most_points,
             landing=True, tolerance=tolerance,
         )  # fmt: skip
         if way.outcome != FOUND:
@@ -276,7 +268,7 @@ class HarmonicBalance:
         step: float,
         most: int,
         landing: bool = False,
-        tolerance: float = TOLERANCE,
+        tolerance: float = LIMITS.harmonic_balance_tolerance,
     ) -> _Way:
         """Points along a branch after its first; as :func:`twin.response.continuation.follow`."""
         X, P, F = np.empty((most, len(start))), np.empty(most), np.empty((most, self._locals, self._n))

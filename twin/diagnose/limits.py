@@ -1,0 +1,93 @@
+"""Numbers that decide something in `twin/diagnose`, and where they come from."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Limits:
+    """See each."""
+
+    # attachment_signatures.py
+    attachment_signatures_little: float = 1e-6
+    """Mass that is attached, over the least modal mass at its place: twice the change of a natural frequency, and so
+    little that first order will do beside the sharpest resonance."""
+    # cause.py
+    cause_ratio: float = 1.4
+    """Between neighbouring thresholds to begin from: a fit finds its way from a sixth beside the true one."""
+    # comparison.py
+    second_harmonic_deviations: float = 10.0
+    """Standard deviations a second harmonic must have to be held against a model."""
+    # diagnose.py
+    diagnose_threshold: float = 2.0
+    """Chi2 per degree of freedom, with the errors of sound rigs, that a sound rig seldom exceeds."""
+    diagnose_beyond: float = 1.05
+    """Amplitude over the largest one learnt from up to which a law is taken to hold."""
+    # exclusion.py
+    exclusion_limit_95: float = 1.645
+    """Standard deviations below which 95 % of a normal distribution lie."""
+    # model_evidence.py
+    model_evidence_roughness: tuple[float, float] = (-2.5, 4.5)
+    """Logarithm of the roughness over a sound rig's in which the likeliest is looked for."""
+    model_evidence_refitted: int = 2
+    """Most fits, each with the errors that the last one inferred."""
+    # parallel_map.py
+    parallel_map_most: int = 4
+    """Each process takes some 300 MB, and there are seldom more fits than would keep these busy."""
+    parallel_map_remembered: int = 4
+    """Most sets of common arguments that a process keeps."""
+    # places.py
+    places_region: float = 0.95
+    """Probability of the region of nodes that is reported with a place."""
+    # posterior.py
+    posterior_temperature: float = 3.0
+    """Factor by which differences of log evidence overstate what they say, since models are approximate."""
+    # profile.py
+    profile_apart: float = 1.1
+    profile_halvings: int = 2
+    """Ratio of neighbouring values, and how often its logarithm is halved about the best one: sweeps whose steps pass
+    the threshold one by one make maxima a sixth wide."""
+    profile_hopeless: float = 1.2
+    """Cost over the least so far beyond which a fit leads nowhere: barriers between maxima are some per cent high."""
+    # racing.py
+    racing_close: float = 0.1
+    """Standard deviations within which two fits have come to the same; fits that are not yet exact leave up to one."""
+    # score_test.py
+    score_test_felt: float = 0.3
+    """Least size of a direction of the tolerances, in standard deviations of the data."""
+    # search.py
+    search_follows: float = 3e-4
+    """Error of stiffness up to which a model follows the data: beyond, a resonance is a good part of its width away."""
+    held_levels: int = 3
+    """Model errors through which a cause that the law can imitate keeps its size: with larger ones the data tell the
+    law, but no threshold, which would drift to where it is never met."""
+    # set_aside.py
+    set_aside_enough: int = 16
+    """Steps of which a quarter can be spared."""
+    # shortfall.py
+    several_times: float = 3.0
+    """Error on what was held out over what sound rigs' models leave, beyond which something is unexplained: a model
+    that is right leaves 1, and moduli known as well as a campaign tells them add less than as much again."""
+    least_growth: float = 0.1
+    """Of the same: by how much an error must rise to have grown.  The rms over fifty steps is known no better."""
+    # slider_in_noise.py
+    slider_in_noise_least: float = -15.0
+    slider_in_noise_most: float = 15.0
+    """Logarithms of the odds of slipping between which it is sought."""
+    # verdict.py
+    worth_a_line: float = 0.01
+    """Least probability of a rival that is told."""
+    # missing/force.py
+    usual_n: float = 2.0
+    """Force of a term at the largest measured motion of the tip, one standard deviation of its prior."""
+    # missing/picture.py
+    picture_follows: float = 4.0
+    """Chi2 per degree of freedom, with a sound rig's errors, up to which a model follows the data."""
+    least_fundamental: float = 0.01
+    """Of the largest force within a period, below which its phase says nothing."""
+    most_left: float = 0.05
+    """Of a large chi2 per degree of freedom, for a force to be a picture of what is missing."""
+    picture_places: int = 14
+    """At which it is tried along the structure."""
+
+
+LIMITS = Limits()

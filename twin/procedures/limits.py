@@ -1,0 +1,37 @@
+"""Numbers that decide something in `twin/procedures`, and where they come from."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Limits:
+    """See each."""
+
+    # brake.py
+    widest_turn: float = 0.6
+    """Largest turn of the force's phase, rad: the plan is linear in the structure."""
+    least_beat: float = 1.0
+    """Beats slower than this many radians a time constant are left alone: next to a resonance a detour passes over
+    it."""
+    # broadband.py
+    trial_s: float = 2.0
+    """Over which a level, or the fall of a transient, is seen well enough; of a multisine whole periods."""
+    still_falling: float = 0.9
+    """What has not fallen to this part of itself within :data:`TRIAL_S` does not fall: time constants up to 19 s do."""
+    # settling.py
+    usual_damping_ratio: float = 0.0023
+    """Of a bolted steel structure: what is assumed before the data tell."""
+    settling_full: int = 8
+    settling_fewest: int = 4
+    """Windows looked at; and how many are enough where the decay is known and shows within them."""
+    well_known: float = 2.5
+    """Most that noise and model errors of one window may grow by when the transient is told from the rest."""
+    # stream.py
+    silent_device_s: float = 5.0
+    """A device this far behind the others has fallen silent."""
+    # wait.py
+    control_harmonics: int = 5
+    """As many as are measured: one that is left out looks like noise, which excuses an amplitude that is not held."""
+
+
+LIMITS = Limits()
