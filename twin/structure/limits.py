@@ -58,7 +58,7 @@ class Limits:
     # mesh.py
     mesh_same: float = 1e-4
     """Of the shortest beam: nodes nearer than this are one.  An element so short is so stiff that rounding in it drowns
-    the whole structure's stiffness, and places in a rig file are rounded: the end of an inclined beam, say. """
+    the whole structure's stiffness, and places in a rig file are rounded: the end of an inclined beam, say."""
     same_of_layer: float = 0.25
     """The same of the shortest element of a layer."""
     mesh_beyond_m: float = 1e-6
