@@ -53,7 +53,7 @@ class Limits:
     law_table_nearest: float = 4e-3
     """Of them over the largest; and the least distance between two, over their amplitude."""
     # matrix_coordinates.py
-    matrix_coordinates_rounding: float = 1e-9
+    coordinate_rounding: float = 1e-9
     """Errors of a natural frequency that are told at least: below, the solution of the whole is no better."""
     # mesh.py
     mesh_same: float = 1e-4
