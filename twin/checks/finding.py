@@ -8,7 +8,7 @@ from typing import Literal
 
 from recordings.errors import InputError, printable
 
-__all__ = ["Action", "CheckFinding"]
+__all__ = ["Action", "Finding"]
 
 Action = Literal["stopped", "set aside", "told"]
 
@@ -40,7 +40,7 @@ REMEDIES = {
 
 
 @dataclass(frozen=True)
-class CheckFinding:
+class Finding:
     """One thing that is not as it should be.
 
     Attributes

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from recordings.run import Run
 from twin.checks.agreement import Agreement, clear_lines, misfit
 from twin.checks.expected import ExpectedResponse
-from twin.checks.finding import Action, CheckFinding
+from twin.checks.finding import Action, Finding
 from twin.checks.responses import NoiseResponse, SineResponse, noise_responses
 from twin.checks.thresholds import CLEARER, SHAPE
 
@@ -34,7 +34,7 @@ def look_at_order(
     *,
     force: str,
     channels: tuple[str, ...],
-) -> list[CheckFinding]:
+) -> list[Finding]:
     """At most one finding: another order of the channels that fits several times better than the file's."""
     if len(channels) >= MOST_CHANNELS:
         return []
@@ -49,7 +49,7 @@ def look_at_order(
     moved = [f"{was} is {name}" for was, name in zip((force, *channels), order, strict=True) if was != name]
     expected_text = f"the rig's shapes of response (misfit {misfits[0]:.2f}, in that order {misfits[1]:.2f})"
     found = f"another order fits: {', '.join(moved)}"
-    return [CheckFinding(run.path, order[0] if order[0] != force else "", "swapped", expected_text, found, "stopped")]
+    return [Finding(run.path, order[0] if order[0] != force else "", "swapped", expected_text, found, "stopped")]
 
 
 def _by_noise(
@@ -105,9 +105,7 @@ def _by_sines(
     return (force, *(channels[j] for j in best)), (cost(same), cost(best))
 
 
-def look_at_directions(
-    runs: Sequence[tuple[Run, Agreement]], *, force: str, channels: Sequence[str]
-) -> list[CheckFinding]:
+def look_at_directions(runs: Sequence[tuple[Run, Agreement]], *, force: str, channels: Sequence[str]) -> list[Finding]:
     """Channels that move against the model in all runs, or in some of them only.
 
     A single turned response is told: to name it is a diagnosis' business.  Where all of several are turned it is the
@@ -124,5 +122,5 @@ def look_at_directions(
         found += ", and not in every run" if len(turned) > 1 else ""
         action: Action = "stopped" if whole or len(turned) > 1 else "told"
         expected = "the direction that the rig's model has"
-        findings.append(CheckFinding(run.path, force if whole else names[0], "direction", expected, found, action))
+        findings.append(Finding(run.path, force if whole else names[0], "direction", expected, found, action))
     return findings

@@ -12,7 +12,7 @@ import numpy as np
 from recordings.run import Run
 from twin.checks.agreement import Agreement, agreement_of
 from twin.checks.expected import ExpectedResponse
-from twin.checks.finding import CheckFinding
+from twin.checks.finding import Finding
 from twin.checks.responses import NoiseResponse, SineResponse
 from twin.checks.thresholds import GAIN, SHAPE
 
@@ -29,7 +29,7 @@ def look_at_quantities(
     sines: Sequence[SineResponse],
     expected: ExpectedResponse,
     agreement: Agreement,
-) -> list[CheckFinding]:
+) -> list[Finding]:
     """Channels with the level and the shape of the model's response only as another quantity of motion."""
     findings = []
     for number, output in enumerate(expected.model.outputs):
@@ -44,7 +44,7 @@ def look_at_quantities(
             if taken is not None and _near(taken, number) and not taken.turned[number]:
                 found = f"its level is that of a {name}, {taken.level[number]:.2f} times the model's"
                 labelled = f"{output.quantity}, as its label says"
-                findings.append(CheckFinding(run.path, output.channel, "quantity", labelled, found, "stopped"))
+                findings.append(Finding(run.path, output.channel, "quantity", labelled, found, "stopped"))
                 break
     return findings
 

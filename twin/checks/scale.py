@@ -6,17 +6,16 @@ import math
 from collections.abc import Container, Sequence
 
 import numpy as np
-from scipy.constants import pound_force
 
 from recordings.quantities import STANDARD_GRAVITY
 from twin.checks.agreement import Agreement
-from twin.checks.finding import CheckFinding
+from twin.checks.finding import Finding
 from twin.checks.thresholds import ABSURD, ALIKE, CLEARER, GAIN, SHAPE
-from twin.checks.units import OF_FORCE, OF_RESPONSE, name_of
+from twin.checks.units import OF_FORCE, OF_RESPONSE, POUND_FORCE_N, name_of
 
 __all__ = ["look_at_commanded", "look_at_scale"]
 
-G_OVER_POUNDS = pound_force / STANDARD_GRAVITY
+G_OVER_POUNDS = POUND_FORCE_N / STANDARD_GRAVITY
 """Of the response per force with the one in g and the other in lbf."""
 MODEL = "the response per force of the rig's model"
 
@@ -29,7 +28,7 @@ def look_at_scale(
     force: str,
     commanded: float,
     known: Container[str] = (),
-) -> list[CheckFinding]:
+) -> list[Finding]:
     """What the levels say of a run's units.
 
     Parameters
@@ -54,7 +53,7 @@ def look_at_scale(
     return findings
 
 
-def look_at_commanded(run: str, commanded: float, *, force: str) -> list[CheckFinding]:
+def look_at_commanded(run: str, commanded: float, *, force: str) -> list[Finding]:
     """Whether the force is off what the steps command, by a factor that has a name."""
     name = name_of(commanded, OF_FORCE) if _off(commanded) else ""
     return [_finding(run, force, commanded, "the force that the steps command", name, stop=True)] if name else []
@@ -64,7 +63,7 @@ def _off(factor: float) -> bool:
     return math.isfinite(factor) and factor > 0 and abs(math.log(factor)) > math.log(GAIN)
 
 
-def _of_all(run: str, factor: float, force: str, channels: Sequence[str], *, stop: bool) -> CheckFinding:
+def _of_all(run: str, factor: float, force: str, channels: Sequence[str], *, stop: bool) -> Finding:
     """All responses are off alike: they, or the force, or both."""
     if abs(math.log(factor / G_OVER_POUNDS)) < ALIKE / 2:
         return _finding(run, "", factor, MODEL, f"{force} in lbf and responses in g?", stop=stop)
@@ -75,8 +74,8 @@ def _of_all(run: str, factor: float, force: str, channels: Sequence[str], *, sto
     return _finding(run, ", ".join(channels), factor, MODEL, name, stop=stop)
 
 
-def _finding(run: str, channel: str, factor: float, whose: str, name: str, *, stop: bool) -> CheckFinding:
+def _finding(run: str, channel: str, factor: float, whose: str, name: str, *, stop: bool) -> Finding:
     what = name or "which is no unit's factor"
     found = f"{factor:.3g} times {whose}, " + (what if stop else "and not the same over all frequencies")
     stops = stop and (bool(name) or abs(math.log(factor)) > math.log(ABSURD))
-    return CheckFinding(run, channel, "unit", "a factor near 1", found, "stopped" if stops else "told")
+    return Finding(run, channel, "unit", "a factor near 1", found, "stopped" if stops else "told")

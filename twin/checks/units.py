@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from scipy.constants import foot, inch, pound_force
-
 from recordings.quantities import STANDARD_GRAVITY
 from twin.checks.thresholds import NAMED
 
 __all__ = ["OF_FORCE", "OF_RESPONSE", "factor_text", "name_of"]
+
+POUND_FORCE_N = 4.4482216152605
+FOOT_m, INCH_m = 0.3048, 0.0254
 
 _ANY = {
     2 * math.pi: "a factor of 2 pi: hertz for rad/s?",
@@ -27,14 +28,14 @@ _ANY = {
 OF_RESPONSE: Mapping[float, str] = {
     1 / STANDARD_GRAVITY: "a factor of 1 / 9.81: recorded in g?",
     STANDARD_GRAVITY: "a factor of 9.81: taken for g and converted twice?",
-    1 / foot: "a factor of 3.28: recorded in feet?",
-    1 / inch: "a factor of 39.4: recorded in inches?",
+    1 / FOOT_m: "a factor of 3.28: recorded in feet?",
+    1 / INCH_m: "a factor of 39.4: recorded in inches?",
     **_ANY,
 }
 """Recorded over true value of a response, and what it suggests."""
 OF_FORCE: Mapping[float, str] = {
-    1 / pound_force: "a factor of 1 / 4.448: recorded in lbf?",
-    pound_force: "a factor of 4.448: taken for lbf and converted twice?",
+    1 / POUND_FORCE_N: "a factor of 1 / 4.448: recorded in lbf?",
+    POUND_FORCE_N: "a factor of 4.448: taken for lbf and converted twice?",
     1 / STANDARD_GRAVITY: "a factor of 1 / 9.81: recorded in kgf?",
     STANDARD_GRAVITY: "a factor of 9.81: taken for kgf and converted twice?",
     **_ANY,
