@@ -21,7 +21,7 @@ def is_number(node: ast.expr) -> bool:
         case ast.BinOp():
             return is_number(node.left) and is_number(node.right)
         case ast.Tuple():
-            return bool(node.elts) and all(map(is_number, node.elts))
+            return bool(node.elts) and all(is_number(each) and not isinstance(each, ast.Tuple) for each in node.elts)
     return False
 
 

@@ -74,7 +74,7 @@ def test_no_name_that_was_given_up_is_defined(package):
 
 def test_no_two_classes_of_a_package_share_a_name():
     """But the tables of limits, one a folder; what is private to a module; and what files of one's own import."""
-    shared = {"Limits", "Parameter"}
+    shared = {"Limits", "Parameter", "Finding"}
     places = defaultdict(set)
     for path in files():
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

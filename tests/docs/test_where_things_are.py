@@ -54,3 +54,14 @@ def test_where_a_verdict_is_decided_takes_two_files():
     defined = [name for name, text in texts.items() if re.search(r"^def (decide|probabilities)\(", text, re.MULTILINE)]
     assert sorted(defined) == ["posterior.py", "verdict.py"]
     assert "from twin.diagnose.posterior import" in texts["verdict.py"]
+
+
+def test_every_file_of_the_project_that_a_page_names_is_there():
+    pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+    named_in = [
+        (page.name, path)
+        for page in pages
+        for path in re.findall(r"`((?:twin|drivers|recordings|studies|tests|docs)/[\w./-]+)`", page.read_text("utf-8"))
+    ]
+    assert len(named_in) > 20
+    assert [found for found in named_in if not (ROOT / found[1]).exists()] == []

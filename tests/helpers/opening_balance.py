@@ -41,7 +41,7 @@ def balance_openings_numpy(law: LayerLaw, openings: Openings, slap: Opening | No
         # Where a contact opens within a step, whole steps may go round in circles: half of one, until it comes nearer.
         nearer = (left < nearest) | (share <= SHORTEST)
         unsettled = np.where(nearer, np.max(np.abs(step), axis=1) / size, unsettled)
-        if np.max(unsettled, initial=0.0) < 1e-4 * LIMITS.opening_harmonics_balanced or turn == TURNS:
+        if np.max(unsettled, initial=0.0) < 1e-4 * LIMITS.opening_balanced or turn == TURNS:
             break
         # Nor is any step larger than half the motion itself to be trusted.
         step = (step * np.minimum(1.0, 0.5 / np.maximum(unsettled, 1e-300))[:, None]).reshape(X.shape)

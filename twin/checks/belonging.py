@@ -8,7 +8,7 @@ from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 from twin.checks.agreement import RunBesideModel
 from twin.checks.expected import ExpectedResponse
-from twin.checks.finding import CheckFinding
+from twin.checks.finding import Finding
 from twin.checks.responses import LEAST_SAMPLES, NoiseResponse, SineResponse
 from twin.checks.thresholds import ALIASED, NOT_A_SINE, UNRELATED
 
@@ -22,11 +22,11 @@ TOP = (0.47, 0.499)
 """Of the sample rate: where a filter passes nothing."""
 
 
-def look_at_belonging(seen: RunBesideModel) -> list[CheckFinding]:
+def look_at_belonging(seen: RunBesideModel) -> list[Finding]:
     """Channels whose noise is not the force's, or whose steps are no sines; set aside where hardly anything moves."""
     run, force, channels, expected = seen.run, seen.force, seen.channels, seen.expected
     measured = [s for sweep in sweeps(run) for s in sweep.stretches if s.step.frequency_Hz > 0]
-    findings: list[CheckFinding] = []
+    findings: list[Finding] = []
     for number, channel in enumerate(channels):
         coherence = [_beyond_chance(float(np.median(one.coherence[:, number])), one.averages) for one in seen.noise]
         if coherence and max(coherence) < UNRELATED:
@@ -69,13 +69,13 @@ def _is_quiet(seen: RunBesideModel, number: int) -> bool:
     return float(np.median(np.concatenate(size)) ** 2) / 2 < NOT_A_SINE * power
 
 
-def _finding(run: Run, channel: str, expected: str, found: str, *, still: bool) -> CheckFinding:
+def _finding(run: Run, channel: str, expected: str, found: str, *, still: bool) -> Finding:
     if still:
-        return CheckFinding(run.path, channel, "across", "next to nothing across the rig's motion", found, "set aside")
-    return CheckFinding(run.path, channel, "unrelated", expected, found, "stopped")
+        return Finding(run.path, channel, "across", "next to nothing across the rig's motion", found, "set aside")
+    return Finding(run.path, channel, "unrelated", expected, found, "stopped")
 
 
-def look_at_aliasing(run: Run, *, force: str) -> list[CheckFinding]:
+def look_at_aliasing(run: Run, *, force: str) -> list[Finding]:
     """Whether a noise's force reaches up to half the sample rate, from beyond which more then folds back."""
     device = run.device_of(force)
     for sweep in sweeps(run):
@@ -89,7 +89,7 @@ def look_at_aliasing(run: Run, *, force: str) -> list[CheckFinding]:
             if top > ALIASED * float(np.mean(power)):
                 expected = f"no force near half its sample rate of {device.sample_rate_Hz:g} Hz"
                 found = f"{top / float(np.mean(power)):.0%} of its mean density there: no anti-aliasing filter?"
-                return [CheckFinding(run.path, force, "aliasing", expected, found, "told")]
+                return [Finding(run.path, force, "aliasing", expected, found, "told")]
     return []
 
 

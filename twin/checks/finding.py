@@ -36,7 +36,7 @@ REMEDIES = {
 
 
 @dataclass(frozen=True)
-class CheckFinding:
+class Finding:
     """One thing that is not as it should be.
 
     Attributes

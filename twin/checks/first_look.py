@@ -14,7 +14,7 @@ from twin.checks.agreement import RunBesideModel, agreement_of
 from twin.checks.belonging import look_at_aliasing, look_at_belonging
 from twin.checks.clock import look_at_clock
 from twin.checks.expected import ExpectedResponse
-from twin.checks.finding import CheckFinding
+from twin.checks.finding import Finding
 from twin.checks.held import amplitudes_over_target, look_at_target
 from twin.checks.order import look_at_directions, look_at_order
 from twin.checks.preload import look_at_preload
@@ -41,13 +41,13 @@ class FirstLook:
     ----------
     runs, held_out : tuple of Run
         To go on with.
-    findings : tuple of CheckFinding
+    findings : tuple of Finding
         Those that stop first.
     """
 
     runs: tuple[Run, ...]
     held_out: tuple[Run, ...]
-    findings: tuple[CheckFinding, ...]
+    findings: tuple[Finding, ...]
 
     @property
     def stopped(self) -> bool:
@@ -118,19 +118,19 @@ def _blamed(run: Run, look: Callable[[Run], Seen]) -> Seen:
         return look(run)
 
 
-def _stops(findings: Sequence[CheckFinding]) -> bool:
+def _stops(findings: Sequence[Finding]) -> bool:
     return any(finding.action == "stopped" for finding in findings)
 
 
-def _in_order(findings: Sequence[CheckFinding]) -> tuple[CheckFinding, ...]:
+def _in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     """Those that stop first, then what was set aside, then the rest."""
     order = ("stopped", "set aside", "told")
     return tuple(sorted(findings, key=lambda finding: order.index(finding.action)))
 
 
 def _against_model(
-    learnt: Sequence[Run], held_out: Sequence[Run], rig: Rig, preload: str, before: Sequence[CheckFinding]
-) -> list[CheckFinding]:
+    learnt: Sequence[Run], held_out: Sequence[Run], rig: Rig, preload: str, before: Sequence[Finding]
+) -> list[Finding]:
     """What the rig's linear model has to say, and what goes with it."""
     runs = [*learnt, *held_out]
     try:
@@ -146,7 +146,7 @@ def _against_model(
     by_drive = {drive: ExpectedResponse.of(rig.driven_by(drive), outputs, preload) for drive in rig.drives}
     drives = [drive_of(run, rig) for run in runs]
     known = {str(effect.parameters.get("channel", "")) for effect in rig.effect}
-    findings: list[CheckFinding] = []
+    findings: list[Finding] = []
     responses, agreeing = [], []
     for run, drive in zip(runs, drives, strict=True):
         with working_on(run.path):

@@ -6,7 +6,7 @@ import numpy as np
 
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
-from twin.checks.finding import CheckFinding
+from twin.checks.finding import Finding
 from twin.checks.responses import line_of
 from twin.checks.thresholds import TARGET
 
@@ -20,7 +20,7 @@ def amplitudes_over_target(run: Run, channels: Sequence[str]) -> dict[str, tuple
     return {name: _spread(run, name, measured) for name in channels}
 
 
-def look_at_target(run: Run, over_target: Mapping[str, tuple[float, float]], *, force: str) -> list[CheckFinding]:
+def look_at_target(run: Run, over_target: Mapping[str, tuple[float, float]], *, force: str) -> list[Finding]:
     """Whether the steps name the channel that was held."""
     named = {step.target_channel for step in run.steps} - {""}
     if len(named) != 1:
@@ -33,10 +33,8 @@ def look_at_target(run: Run, over_target: Mapping[str, tuple[float, float]], *, 
     expected = f"the steps' {target} at its target"
     found = f"{held[0]} keeps the targets' amplitudes"
     if target == force:
-        return [
-            CheckFinding(run.path, force, "swapped", expected, f"{found}: {force} and {held[0]} swapped?", "stopped")
-        ]
-    return [CheckFinding(run.path, target, "target", expected, found, "told")]
+        return [Finding(run.path, force, "swapped", expected, f"{found}: {force} and {held[0]} swapped?", "stopped")]
+    return [Finding(run.path, target, "target", expected, found, "told")]
 
 
 def _spread(run: Run, channel: str, measured: Sequence[Stretch]) -> tuple[float, float]:

@@ -8,7 +8,7 @@ import numpy as np
 from recordings.run import Run
 from twin.arrays import Array
 from twin.checks.agreement import Agreement, RunBesideModel, clear_lines, misfit
-from twin.checks.finding import Action, CheckFinding
+from twin.checks.finding import Action, Finding
 from twin.checks.responses import NoiseResponse, noise_responses
 from twin.checks.thresholds import CLEARER, SHAPE
 
@@ -18,7 +18,7 @@ FIRST_MISFIT = 0.1
 """Below that no better order is looked for: sound recordings have 0.01 to 0.4."""
 
 
-def look_at_order(seen: RunBesideModel) -> list[CheckFinding]:
+def look_at_order(seen: RunBesideModel) -> list[Finding]:
     """At most one finding: another order of the channels that fits several times better than the file's."""
     force, channels = seen.force, seen.channels
     if len(channels) >= MOST_CHANNELS:
@@ -30,9 +30,7 @@ def look_at_order(seen: RunBesideModel) -> list[CheckFinding]:
     moved = [f"{was} is {name}" for was, name in zip((force, *channels), order, strict=True) if was != name]
     expected_text = f"the rig's shapes of response (misfit {misfits[0]:.2f}, in that order {misfits[1]:.2f})"
     found = f"another order fits: {', '.join(moved)}"
-    return [
-        CheckFinding(seen.run.path, order[0] if order[0] != force else "", "swapped", expected_text, found, "stopped")
-    ]
+    return [Finding(seen.run.path, order[0] if order[0] != force else "", "swapped", expected_text, found, "stopped")]
 
 
 def _by_noise(seen: RunBesideModel) -> tuple[tuple[str, ...], tuple[float, float]] | None:
@@ -85,9 +83,7 @@ def _by_sines(seen: RunBesideModel) -> tuple[tuple[str, ...], tuple[float, float
     return (seen.force, *(channels[j] for j in best)), (cost(same), cost(best))
 
 
-def look_at_directions(
-    runs: Sequence[tuple[Run, Agreement]], *, force: str, channels: Sequence[str]
-) -> list[CheckFinding]:
+def look_at_directions(runs: Sequence[tuple[Run, Agreement]], *, force: str, channels: Sequence[str]) -> list[Finding]:
     """Channels that move against the model in all runs, or in some of them only.
 
     A single turned response is told: to name it is a diagnosis' business.  Where all of several are turned it is the
@@ -104,5 +100,5 @@ def look_at_directions(
         found += ", and not in every run" if len(turned) > 1 else ""
         action: Action = "stopped" if whole or len(turned) > 1 else "told"
         expected = "the direction that the rig's model has"
-        findings.append(CheckFinding(run.path, force if whole else names[0], "direction", expected, found, action))
+        findings.append(Finding(run.path, force if whole else names[0], "direction", expected, found, action))
     return findings

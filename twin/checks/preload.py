@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from twin.checks.expected import ExpectedResponse
-from twin.checks.finding import CheckFinding
+from twin.checks.finding import Finding
 from twin.checks.responses import NoiseResponse
 from twin.checks.thresholds import CLEARER, OTHER_PRELOAD
 
@@ -19,7 +19,7 @@ FEWEST = 3
 
 def look_at_preload(
     noises: Sequence[NoiseResponse], by_preload: Mapping[str, ExpectedResponse], preload: str
-) -> list[CheckFinding]:
+) -> list[Finding]:
     """A line for each noise that fits another preload of the rig much better than the one it is taken at."""
     findings = []
     for noise in noises:
@@ -29,7 +29,7 @@ def look_at_preload(
         if np.isfinite(own) and over_unsure > OTHER_PRELOAD and own > CLEARER * least:
             found = f"noise {noise.sweep} has the resonances of {best}, {least:.2%} off, not {own:.2%}"
             expected = f"those of {preload}, which it is taken at"
-            findings.append(CheckFinding(noise.run, "", "preload", expected, found, "told"))
+            findings.append(Finding(noise.run, "", "preload", expected, found, "told"))
     return findings
 
 

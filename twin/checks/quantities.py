@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 
 from twin.checks.agreement import Agreement, RunBesideModel, agreement_of
-from twin.checks.finding import CheckFinding
+from twin.checks.finding import Finding
 from twin.checks.responses import NoiseResponse, SineResponse
 from twin.checks.thresholds import GAIN, SHAPE
 
@@ -16,7 +16,7 @@ Response = TypeVar("Response", NoiseResponse, SineResponse)
 MOTIONS = ("displacement", "velocity", "acceleration")
 
 
-def look_at_quantities(seen: RunBesideModel, agreement: Agreement) -> list[CheckFinding]:
+def look_at_quantities(seen: RunBesideModel, agreement: Agreement) -> list[Finding]:
     """Channels with the level and the shape of the model's response only as another quantity of motion."""
     findings = []
     for number, output in enumerate(seen.expected.model.outputs):
@@ -31,7 +31,7 @@ def look_at_quantities(seen: RunBesideModel, agreement: Agreement) -> list[Check
             if taken is not None and _near(taken, number) and not taken.turned[number]:
                 found = f"its level is that of a {name}, {taken.level[number]:.2f} times the model's"
                 labelled = f"{output.quantity}, as its label says"
-                findings.append(CheckFinding(seen.run.path, output.channel, "quantity", labelled, found, "stopped"))
+                findings.append(Finding(seen.run.path, output.channel, "quantity", labelled, found, "stopped"))
                 break
     return findings
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from datetime import datetime
 
 from recordings.run import Run
-from twin.checks.finding import CheckFinding
+from twin.checks.finding import Finding
 from twin.checks.thresholds import PLACE_m
 from twin.rigs import Rig, nearest_preload, recorded_preload
 
@@ -14,7 +14,7 @@ NEAR = 0.05
 """Share of a preload within which a meter's reading is its name's."""
 
 
-def look_at_metadata(run: Run, rig: Rig, *, preload: str | None) -> list[CheckFinding]:
+def look_at_metadata(run: Run, rig: Rig, *, preload: str | None) -> list[Finding]:
     """Quantities, positions, the rig's name and the preload.
 
     Parameters
@@ -30,16 +30,16 @@ def look_at_metadata(run: Run, rig: Rig, *, preload: str | None) -> list[CheckFi
         if channel.quantity != sensor.quantity:
             found = f"the file says {channel.quantity} in {channel.unit}"
             expected = f"{sensor.quantity}, as rig {rig.name} says"
-            findings.append(CheckFinding(run.path, channel.name, "quantity", expected, found, "stopped"))
+            findings.append(Finding(run.path, channel.name, "quantity", expected, found, "stopped"))
         place, recorded = rig.position_of(sensor.channel), channel.position_m
         if place is not None and recorded is not None and abs(place - recorded) > PLACE_m:
             found = f"the file says {recorded:g} m"
             expected = f"{place:.4g} m, as rig {rig.name} says and as is used"
-            findings.append(CheckFinding(run.path, channel.name, "position", expected, found, "told"))
+            findings.append(Finding(run.path, channel.name, "position", expected, found, "told"))
     return findings
 
 
-def look_at_days(runs: Sequence[Run]) -> list[CheckFinding]:
+def look_at_days(runs: Sequence[Run]) -> list[Finding]:
     """Runs that were recorded days from the others: what has changed since then looks like a drift."""
     started = {}
     for run in runs:
@@ -50,7 +50,7 @@ def look_at_days(runs: Sequence[Run]) -> list[CheckFinding]:
     started = {path: day for path, day in started.items() if day > 1}  # 1970: not known
     usual = sorted(started.values())[len(started) // 2] if started else 0.0
     return [
-        CheckFinding(
+        Finding(
             path, "", "specimen", "runs of one day",
             f"recorded {abs(day - usual):.3g} days {'after' if day > usual else 'before'} the others: "
             "another specimen, or a change since?", "told",
@@ -59,7 +59,7 @@ def look_at_days(runs: Sequence[Run]) -> list[CheckFinding]:
     ]  # fmt: skip
 
 
-def _rig(run: Run, rig: Rig) -> list[CheckFinding]:
+def _rig(run: Run, rig: Rig) -> list[Finding]:
     named = {"the file": run.info.get("rig", "")}
     try:
         attached = tomllib.loads(run.attachments.get("rig.toml", b"").decode())
@@ -68,12 +68,12 @@ def _rig(run: Run, rig: Rig) -> list[CheckFinding]:
         pass  # an attachment is a copy for people, kept as it is
     other = {name: who for who, name in named.items() if name and name != rig.name}
     return [
-        CheckFinding(run.path, "", "rig", f"rig {rig.name}", f"{who} names rig {name}", "told")
+        Finding(run.path, "", "rig", f"rig {rig.name}", f"{who} names rig {name}", "told")
         for name, who in list(other.items())[:1]
     ]
 
 
-def _names(run: Run, rig: Rig) -> list[CheckFinding]:
+def _names(run: Run, rig: Rig) -> list[Finding]:
     """Sensors that the file may have by another name: they are missing, and it has a channel that the rig has not."""
     findings = []
     known = {sensor.channel for sensor in rig.sensors}
@@ -82,16 +82,16 @@ def _names(run: Run, rig: Rig) -> list[CheckFinding]:
         if sensor.channel not in run.channels and others:
             found = f"the file has {', '.join(others)}, which the rig has not and which is not used"
             findings.append(
-                CheckFinding(run.path, sensor.channel, "name", f"{sensor.channel}, as the rig says", found, "told")
+                Finding(run.path, sensor.channel, "name", f"{sensor.channel}, as the rig says", found, "told")
             )
     return findings
 
 
-def _preload(run: Run, rig: Rig, preload: str | None) -> list[CheckFinding]:
+def _preload(run: Run, rig: Rig, preload: str | None) -> list[Finding]:
     """Where another preload was asked for than was recorded; one that the rig has not is told with the answer."""
     recorded = recorded_preload(run.info)
     nearest, departure = nearest_preload(rig, run.info)
     if preload is None or recorded is None or nearest == preload or abs(departure) > NEAR:
         return []
     found = f"the file says {recorded[0]:g} {recorded[1]}"
-    return [CheckFinding(run.path, "", "preload", f"{preload}, as was asked for", found, "told")]
+    return [Finding(run.path, "", "preload", f"{preload}, as was asked for", found, "told")]

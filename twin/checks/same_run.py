@@ -10,14 +10,14 @@ import numpy as np
 
 from recordings.run import Run
 from recordings.sweeps import Sweep, sweeps
-from twin.checks.finding import CheckFinding
+from twin.checks.finding import Finding
 
 
-def look_at_copies(run: Run) -> list[CheckFinding]:
+def look_at_copies(run: Run) -> list[Finding]:
     """Channels with the samples of another one."""
     samples = {name: x for device in run.devices.values() for name, x in device.values.items() if len(x)}
     return [
-        CheckFinding(run.path, two, "same", "samples of its own", f"its samples are those of {one}", "stopped")
+        Finding(run.path, two, "same", "samples of its own", f"its samples are those of {one}", "stopped")
         for one, two in combinations(samples, 2)
         if np.array_equal(samples[one], samples[two]) and np.ptp(samples[one]) > 0
     ]
@@ -25,16 +25,16 @@ def look_at_copies(run: Run) -> list[CheckFinding]:
 
 def without_repeats(
     runs: Sequence[Run], held_out: Sequence[Run], *, force: str
-) -> tuple[list[Run], list[Run], list[CheckFinding]]:
+) -> tuple[list[Run], list[Run], list[Finding]]:
     """Both kinds of runs without sweeps that came before; one that is held out must be none of those learnt from."""
     seen: dict[str, str] = {}
-    findings: list[CheckFinding] = []
+    findings: list[Finding] = []
     learnt = [_without(run, seen, findings, force=force, stop=False) for run in runs]
     kept = [_without(run, seen, findings, force=force, stop=True) for run in held_out]
     return [run for run in learnt if run], [run for run in kept if run], findings
 
 
-def _without(run: Run, seen: dict[str, str], findings: list[CheckFinding], *, force: str, stop: bool) -> Run | None:
+def _without(run: Run, seen: dict[str, str], findings: list[Finding], *, force: str, stop: bool) -> Run | None:
     repeated: dict[str, str] = {}
     for sweep in (one for one in sweeps(run) if one.stretches):
         digest = _digest(run, sweep, force)
@@ -45,7 +45,7 @@ def _without(run: Run, seen: dict[str, str], findings: list[CheckFinding], *, fo
         return run
     found = f"sweep {', '.join(repeated)} is {', '.join(repeated.values())} again, sample by sample"
     expected = "sweeps that no fit has seen" if stop else "each sweep once"
-    findings.append(CheckFinding(run.path, "", "same", expected, found, "stopped" if stop else "set aside"))
+    findings.append(Finding(run.path, "", "same", expected, found, "stopped" if stop else "set aside"))
     steps = tuple(step for step in run.steps if step.sweep not in repeated)
     return replace(run, steps=steps) if steps else None
 

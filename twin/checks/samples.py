@@ -8,7 +8,7 @@ from recordings.run import Run
 from recordings.sweeps import sweeps
 from recordings.whereabouts import working_on
 from twin.arrays import Array
-from twin.checks.finding import Action, CheckFinding
+from twin.checks.finding import Action, Finding
 from twin.checks.thresholds import BEYOND_RANGE, FEW, HALF_EMPTY, WILD, ZEROS_OVER_NEIGHBOURS
 from twin.diagnose.signals.levels import smallest_step
 
@@ -19,9 +19,9 @@ ALONE = 3.0
 """Over those beside it, from which on a large sample is no peak of a signal."""
 
 
-def look_at_samples(run: Run, *, force: str) -> tuple[Run, list[CheckFinding]]:
+def look_at_samples(run: Run, *, force: str) -> tuple[Run, list[Finding]]:
     """A run without its dead channels, single wild samples drawn over, and what was found."""
-    findings: list[CheckFinding] = []
+    findings: list[Finding] = []
     for channel in [name for name in run.channels if any(name in device.values for device in run.devices.values())]:
         with working_on(run.path, channel):
             run, wild = _without_wild(run, channel)
@@ -33,7 +33,7 @@ def look_at_samples(run: Run, *, force: str) -> tuple[Run, list[CheckFinding]]:
     return run, findings
 
 
-def _without_wild(run: Run, channel: str) -> tuple[Run, list[CheckFinding]]:
+def _without_wild(run: Run, channel: str) -> tuple[Run, list[Finding]]:
     """Single samples that the converter cannot have shown, or far beyond all others, as their neighbours' line.
 
     Where many are beyond it, it is the range that is wrong.
@@ -57,19 +57,19 @@ def _without_wild(run: Run, channel: str) -> tuple[Run, list[CheckFinding]]:
     if len(wild) > FEW * len(size):
         found = f"{len(wild)} samples up to {largest}, so that no use is made of it"
         run = replace(run, channels={**run.channels, channel: replace(run.channels[channel], range=None)})
-        return run, [CheckFinding(run.path, channel, "range", f"at most its range of {limit:g} {unit}", found, "told")]
+        return run, [Finding(run.path, channel, "range", f"at most its range of {limit:g} {unit}", found, "told")]
     drawn = samples.copy()
     good = np.flatnonzero(size <= most)
     drawn[wild] = np.interp(wild, good, samples[good])
     when = "sample" if len(wild) == 1 else "samples"
-    finding = CheckFinding(
+    finding = Finding(
         run.path, channel, "wild", f"at most {most:.3g} {unit}", f"{len(wild)} wild {when} of {largest}", "set aside"
     )
     device = replace(device, values={**device.values, channel: drawn})
     return replace(run, devices={**run.devices, device.device: device}), [finding]
 
 
-def _dead(run: Run, channel: str, *, action: Action) -> CheckFinding | None:
+def _dead(run: Run, channel: str, *, action: Action) -> Finding | None:
     """Whether the measured stretches of a channel hold nothing, or too little."""
     parts = [run.between(channel, one.start_ns, one.stop_ns) for sweep in sweeps(run) for one in sweep.stretches]
     measured = np.concatenate(parts) if parts else run.device_of(channel).values[channel]
@@ -77,21 +77,21 @@ def _dead(run: Run, channel: str, *, action: Action) -> CheckFinding | None:
     if not len(measured):
         return None
     if not len(sound):
-        return CheckFinding(run.path, channel, "dead", "a signal", "no sample is a number", action)
+        return Finding(run.path, channel, "dead", "a signal", "no sample is a number", action)
     if np.ptp(sound) == 0:
-        return CheckFinding(run.path, channel, "dead", "a signal", f"every sample is {sound[0]:g}", action)
+        return Finding(run.path, channel, "dead", "a signal", f"every sample is {sound[0]:g}", action)
     for share, what in (
         (1 - len(sound) / len(measured), "missing"),
         (_zeros(sound), "exactly zero"),
         (_held(sound), "the one before again"),
     ):
         if share > HALF_EMPTY:
-            return CheckFinding(
+            return Finding(
                 run.path, channel, "empty", "a signal throughout", f"{share:.0%} of samples are {what}", action
             )
     if (jumps := sum(_overflows(part) for part in parts)) >= FEWEST_JUMPS:
         found = f"{jumps} jumps from one end of its samples to the other: whole numbers that overflow?"
-        return CheckFinding(run.path, channel, "overflow", "samples that follow each other", found, action)
+        return Finding(run.path, channel, "overflow", "samples that follow each other", found, action)
     return None
 
 

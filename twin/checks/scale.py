@@ -8,7 +8,7 @@ from scipy.constants import pound_force
 
 from recordings.quantities import STANDARD_GRAVITY
 from twin.checks.agreement import Agreement
-from twin.checks.finding import CheckFinding
+from twin.checks.finding import Finding
 from twin.checks.thresholds import ABSURD, ALIKE, CLEARER, GAIN, SHAPE
 from twin.checks.units import OF_FORCE, OF_RESPONSE, name_of
 
@@ -19,7 +19,7 @@ MODEL = "the response per force of the rig's model"
 
 def look_at_scale(
     run: str, agreement: Agreement, channels: Sequence[str], *, force: str, commanded: float, known: Container[str] = ()
-) -> list[CheckFinding]:
+) -> list[Finding]:
     """What the levels say of a run's units.
 
     Parameters
@@ -44,7 +44,7 @@ def look_at_scale(
     return findings
 
 
-def look_at_commanded(run: str, commanded: float, *, force: str) -> list[CheckFinding]:
+def look_at_commanded(run: str, commanded: float, *, force: str) -> list[Finding]:
     """Whether the force is off what the steps command, by a factor that has a name."""
     name = name_of(commanded, OF_FORCE) if _off(commanded) else ""
     return [_finding(run, force, commanded, "the force that the steps command", name, stop=True)] if name else []
@@ -54,7 +54,7 @@ def _off(factor: float) -> bool:
     return math.isfinite(factor) and factor > 0 and abs(math.log(factor)) > math.log(GAIN)
 
 
-def _of_all(run: str, factor: float, force: str, channels: Sequence[str], *, stop: bool) -> CheckFinding:
+def _of_all(run: str, factor: float, force: str, channels: Sequence[str], *, stop: bool) -> Finding:
     """All responses are off alike: they, or the force, or both."""
     if abs(math.log(factor / G_OVER_POUNDS)) < ALIKE / 2:
         return _finding(run, "", factor, MODEL, f"{force} in lbf and responses in g?", stop=stop)
@@ -65,8 +65,8 @@ def _of_all(run: str, factor: float, force: str, channels: Sequence[str], *, sto
     return _finding(run, ", ".join(channels), factor, MODEL, name, stop=stop)
 
 
-def _finding(run: str, channel: str, factor: float, whose: str, name: str, *, stop: bool) -> CheckFinding:
+def _finding(run: str, channel: str, factor: float, whose: str, name: str, *, stop: bool) -> Finding:
     what = name or "which is no unit's factor"
     found = f"{factor:.3g} times {whose}, " + (what if stop else "and not the same over all frequencies")
     stops = stop and (bool(name) or abs(math.log(factor)) > math.log(ABSURD))
-    return CheckFinding(run, channel, "unit", "a factor near 1", found, "stopped" if stops else "told")
+    return Finding(run, channel, "unit", "a factor near 1", found, "stopped" if stops else "told")

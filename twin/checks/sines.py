@@ -7,7 +7,7 @@ import numpy as np
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 from twin.arrays import Array
-from twin.checks.finding import CheckFinding
+from twin.checks.finding import Finding
 from twin.checks.responses import LEAST_SAMPLES, line_of
 from twin.checks.thresholds import CLEARER, CLOCK_ERROR, CRYSTAL, LEAST_STEPS, NOT_A_SINE, ONE_STEP, RATE_ERROR, TORN
 from twin.checks.units import factor_text
@@ -16,7 +16,7 @@ PARTS, LEAST_TURNS = 4, 2
 """Of a stretch that are held against each other, and the periods that each of them needs."""
 
 
-def look_at_sines(run: Run, *, force: str) -> list[CheckFinding]:
+def look_at_sines(run: Run, *, force: str) -> list[Finding]:
     """One finding at most, of the first sweep that has one; else how many have hardly any steps."""
     swept = [one for sweep in sweeps(run) if (one := [s for s in sweep.stretches if s.step.frequency_Hz])]
     findings = [finding for stretches in swept if (finding := _look(run, force, stretches))][:1]
@@ -24,11 +24,11 @@ def look_at_sines(run: Run, *, force: str) -> list[CheckFinding]:
     if few and not findings:
         found = f"sweep {few[0][0].step.sweep} has {len(few[0])}" + (f", and {len(few) - 1} more" if few[1:] else "")
         expected = f"sweeps of at least {LEAST_STEPS} steps about a resonance"
-        return [CheckFinding(run.path, "", "few", expected, found, "told")]
+        return [Finding(run.path, "", "few", expected, found, "told")]
     return findings
 
 
-def _look(run: Run, force: str, stretches: Sequence[Stretch]) -> CheckFinding | None:
+def _look(run: Run, force: str, stretches: Sequence[Stretch]) -> Finding | None:
     commanded = np.array([one.step.frequency_Hz for one in stretches])
     actual, torn = np.array([_sine(run, force, one) for one in stretches]).T
     known = np.isfinite(actual)
@@ -38,25 +38,25 @@ def _look(run: Run, force: str, stretches: Sequence[Stretch]) -> CheckFinding | 
     fine = np.isfinite(torn)
     if fine.any() and np.median(torn[fine]) > TORN:
         found = "force changes its sine within the steps: their log is late or early, or they were not awaited"
-        return CheckFinding(run.path, force, "step", expected, found, "stopped")
+        return Finding(run.path, force, "step", expected, found, "stopped")
     other = _of_other_steps(commanded[known], actual[known], commanded)
     if other is not None:
         found, clock = other
         found += ", or a clock off by that" if clock else ""
-        return CheckFinding(run.path, force, "step", expected, found, "told" if clock else "stopped")
+        return Finding(run.path, force, "step", expected, found, "told" if clock else "stopped")
     ratio = float(np.median(actual[known] / commanded[known]))
     if abs(ratio - 1) < RATE_ERROR:
         return _of_clock(run.path, force, actual[fine] / commanded[fine] - 1, expected)
     found = f"force at {np.median(actual[known]):.4g} Hz where {np.median(commanded[known]):.4g} Hz are commanded"
-    return CheckFinding(run.path, force, "clock", expected, found + factor_text(ratio), "stopped")
+    return Finding(run.path, force, "clock", expected, found + factor_text(ratio), "stopped")
 
 
-def _of_clock(run: str, force: str, off: Array, expected: str) -> CheckFinding | None:
+def _of_clock(run: str, force: str, off: Array, expected: str) -> Finding | None:
     """Whether all steps (s,) that tell it closely are off by the same share, and by more than a crystal's."""
     if not len(off) or abs(np.median(off)) < max(CRYSTAL, CLEARER * float(np.median(np.abs(off - np.median(off))))):
         return None
     found = f"force {1e6 * np.median(off):+.0f} ppm off in all of them: a clock of generator or converter"
-    return CheckFinding(run, force, "clock", expected, found, "told")
+    return Finding(run, force, "clock", expected, found, "told")
 
 
 def _of_other_steps(commanded: Array, actual: Array, every: Array) -> tuple[str, bool] | None:

@@ -9,7 +9,7 @@ import numpy as np
 from twin.arrays import Array
 from twin.checks.agreement import RunBesideModel, agreement_of
 from twin.checks.expected import ExpectedResponse
-from twin.checks.finding import CheckFinding
+from twin.checks.finding import Finding
 from twin.checks.responses import NoiseResponse, SineResponse
 from twin.checks.thresholds import DRIFTING, SPECIMEN, SPECIMEN_IN_NOISE
 from twin.identify.linear_model import Output
@@ -112,9 +112,9 @@ def _resonances(f: Array, H: Array, output: Output, expected: ExpectedResponse, 
 
 def look_at_specimens(
     learnt: Sequence[RunBesideModel], held_out: Sequence[RunBesideModel], expected: ExpectedResponse
-) -> list[CheckFinding]:
+) -> list[Finding]:
     """Runs whose resonances are not those of the learnt sweeps."""
-    findings: list[CheckFinding] = []
+    findings: list[Finding] = []
     learnt_sweeps = [one for seen in learnt for one in seen.sines]
     for near_Hz in expected.resonances_Hz:
         every = backbone_of(learnt_sweeps, expected, near_Hz)
@@ -134,8 +134,6 @@ def look_at_specimens(
     return findings
 
 
-def _finding(run: str, what: str, apart: float, near_Hz: float, where: str) -> CheckFinding:
+def _finding(run: str, what: str, apart: float, near_Hz: float, where: str) -> Finding:
     found = f"{what} has it {apart:+.2%} off: another specimen, or a change since?"
-    return CheckFinding(
-        run, "", "specimen", f"the learnt sweeps' resonance near {near_Hz:.4g} Hz {where}", found, "told"
-    )
+    return Finding(run, "", "specimen", f"the learnt sweeps' resonance near {near_Hz:.4g} Hz {where}", found, "told")

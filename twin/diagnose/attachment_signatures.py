@@ -57,7 +57,7 @@ class AttachmentSignatures:
 
     def _by_unit_stiffness(self, port: Array) -> tuple[Array, Array]:
         """Changes (r,) by a stiffness of one and of the imaginary unit, m/N."""
-        mass_kg = LIMITS.attachment_signatures_little / np.max((port @ self._model.basis.Phi) ** 2)
+        mass_kg = LIMITS.signature_little / np.max((port @ self._model.basis.Phi) ** 2)
 
         def change(unit: complex) -> Array:
             def stiffness(omega: Array) -> Array:

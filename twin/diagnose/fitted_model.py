@@ -30,9 +30,6 @@ __all__ = ["CauseHypothesis", "FitProblem", "FittedModel", "difference_step", "f
 
 Array = NDArray[Any]
 
-HARMONICS_STEP = 1e-3
-"""Step, over a parameter's size, of the derivative of what harmonics add: smooth in it, and found to 1e-6 only."""
-
 
 @dataclass(frozen=True)
 class CauseHypothesis:
@@ -232,7 +229,7 @@ class FitProblem:
             return model.added_beyond(self.held, self.baseline(x))
 
         here, columns = beyond(x), []
-        for number, step in enumerate(self._steps(x, HARMONICS_STEP), self.count):
+        for number, step in enumerate(self._steps(x, LIMITS.harmonics_step), self.count):
             moved = x.copy()
             moved[number] += step
             columns.append((beyond(moved) - here) / step)

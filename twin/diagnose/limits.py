@@ -8,7 +8,7 @@ class Limits:
     """See each."""
 
     # attachment_signatures.py
-    attachment_signatures_little: float = 1e-6
+    signature_little: float = 1e-6
     """Mass that is attached, over the least modal mass at its place: twice the change of a natural frequency, and so
     little that first order will do beside the sharpest resonance."""
     # cause.py

@@ -17,20 +17,12 @@ def compile_kernels() -> None:
     one, law = np.ones(1), LayerLaw.zero(np.geomspace(0.1, 1.0, 5), np.geomspace(0.1, 1.0, 5))
     layer = LocalForces((), np.ones((1, 2)), np.zeros(1, int))
     layer.balance([law], one, _surroundings(2))
-    h, point = len(LIMITS.opening_harmonics_odd), np.ones((1, 1))
+    h, point = len(LIMITS.odd_harmonics), np.ones((1, 1))
     around = np.zeros((1, h, 1, 1), complex)
     openings = Openings(
-        point + 0j,
-        0 * point,
-        point,
-        one,
-        np.zeros(1, int),
-        LIMITS.opening_harmonics_odd,
-        around,
+        point + 0j, 0 * point, point, one, np.zeros(1, int), LIMITS.odd_harmonics, around, around[..., 0], around,
         around[..., 0],
-        around,
-        around[..., 0],
-    )
+    )  # fmt: skip
     balance_openings([law], openings)
     spring = NonlinearForce(
         row=lambda structure: one, equivalent=lambda a, omega: 0j * a, harmonics=lambda a, count, omega: a

@@ -199,7 +199,7 @@ class ForwardModel(LinearForwardModel):
     @property
     def orders(self) -> tuple[int, ...]:
         """Harmonics of the openings that are balanced."""
-        return LIMITS.even_too if self.modification.opening else LIMITS.opening_harmonics_odd
+        return LIMITS.even_too if self.modification.opening else LIMITS.odd_harmonics
 
     def openings(
         self, baseline: BaselineParameters, balance: Balance, around: Sequence[AtHarmonic] | None = None

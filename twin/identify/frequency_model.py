@@ -162,9 +162,7 @@ class FrequencyModel:
             return base.E, np.zeros(0)
         first, joints = self._first(state), [joint.name for joint in self.structure.joints]
         own = slice(first, first + len(joints))
-        factors = np.array(
-            [self.modification.moduli_factor.get(name, LIMITS.model_modification_unchanged) for name in joints]
-        )
+        factors = np.array([self.modification.moduli_factor.get(name, LIMITS.unchanged_moduli) for name in joints])
         return base.E[own] * factors[:, 0], base.G[own] * factors[:, 1]
 
     @cached_property

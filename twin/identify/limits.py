@@ -144,12 +144,14 @@ class Limits:
     damped_modes: int = 5
     """Modes whose damping ratios are identified; those above keep what is assumed."""
     # local_forces.py
-    local_forces_longest: float = 0.7
+    local_longest: float = 0.7
     """Largest change of a log amplitude in one turn."""
-    local_forces_shortest: float = 1 / 64
+    local_shortest: float = 1 / 64
     """Share of a Newton step below which a step that does not help is taken all the same."""
-    local_forces_difference: float = 1e-5
+    local_difference: float = 1e-5
     """Relative step of amplitude or stiffness for a derivative."""
+    harmonics_step: float = 1e-3
+    """The same of a cause's parameter for what harmonics add, which is smooth in it and found to 1e-6 only."""
     # loop_files.py
     loop_files_uneven: float = 0.01
     """Largest deviation of a time step from the mean one, as a share of it."""
@@ -157,7 +159,7 @@ class Limits:
     farthest_amplitude: float = 1.6
     """How far beyond the identified amplitudes solutions are looked for, as a factor."""
     # model_modification.py
-    model_modification_unchanged: tuple[float, float] = (1.0, 1.0)
+    unchanged_moduli: tuple[float, float] = (1.0, 1.0)
     """Factors on E' and G' of a joint that nothing is wrong with."""
     # natural_frequencies.py
     assumed_std: float = 1e-3
@@ -169,13 +171,13 @@ class Limits:
     beam_std: float = 0.5
     """Of a Young's modulus' logarithm beforehand: laminates differ from their data sheets by such factors."""
     # opening_harmonics.py
-    opening_harmonics_odd: tuple[int, int, int] = (3, 5, 7)
+    odd_harmonics: tuple[int, int, int] = (3, 5, 7)
     """Harmonics that are balanced where the force is odd."""
     even_too: tuple[int, int, int, int, int, int, int] = (0, 2, 3, 4, 5, 6, 7)
     """Where it is not."""
-    opening_harmonics_balanced: float = 1e-7
+    opening_balanced: float = 1e-7
     """Newton step over the fundamental at which the harmonics are in balance."""
-    opening_harmonics_stuck: float = 1e-4
+    opening_stuck: float = 1e-4
     little_by_little: tuple[float, float, float, float] = (0.25, 0.5, 0.75, 1.0)
     """Where Newton's method leaves more, the contact that a slap loses is lost by these shares, one from the other."""
     least_tangent: float = 0.02

@@ -47,9 +47,7 @@ class LinearForwardModel:
         self.step_model = self.model.with_points(self.points.rows)
         self.moduli = (self.model.reference_E, self.model.reference_G)
         joints = [joint.name for joint in self.model.structure.joints]
-        factors = np.array(
-            [self.modification.moduli_factor.get(name, LIMITS.model_modification_unchanged) for name in joints]
-        )
+        factors = np.array([self.modification.moduli_factor.get(name, LIMITS.unchanged_moduli) for name in joints])
         self.moduli_factors = tuple(factors.reshape(-1, 2).T)
         self._drift_per_s = np.array([self.modification.layer_drift_per_s.get(name, 0.0) for name in joints])
 

@@ -222,18 +222,9 @@ class LocalForces:
             worst = np.empty(len(omega))
             kinds = self._as_arrays(sliders, omega)
             settle(
-                *rig,
-                *kinds,
-                log_a,
-                z,
-                k,
-                worst,
-                TURNS,
-                SETTLED,
-                LIMITS.local_forces_longest,
-                LIMITS.local_forces_shortest,
-                LIMITS.local_forces_difference,
-            )  # type: ignore[call-arg]
+                *rig, *kinds, log_a, z, k, worst, TURNS, SETTLED,
+                LIMITS.local_longest, LIMITS.local_shortest, LIMITS.local_difference,
+            )  # type: ignore[call-arg]  # fmt: skip
             return Balance(z, k, added, worst, self.ripples)
         now = _Turn.of(log_a)
         self._turn(rig, omega, log_a, np.arange(len(omega)), now)
@@ -242,12 +233,10 @@ class LocalForces:
             rows = np.flatnonzero(~(worst <= SETTLED))
             if not len(rows):
                 break
-            assumed = log_a + share[:, None] * np.clip(
-                now.step, -LIMITS.local_forces_longest, LIMITS.local_forces_longest
-            )
+            assumed = log_a + share[:, None] * np.clip(now.step, -LIMITS.local_longest, LIMITS.local_longest)
             self._turn(rig, omega, assumed, rows, trial)
             left = trial.worst
-            better = rows[(left[rows] < worst[rows]) | (share[rows] <= LIMITS.local_forces_shortest)]
+            better = rows[(left[rows] < worst[rows]) | (share[rows] <= LIMITS.local_shortest)]
             log_a[better], worst[better] = assumed[better], left[better]
             now.take(trial, better)
             share[rows] /= 4.0
@@ -297,9 +286,8 @@ class LocalForces:
 
     def harmonic_changes(self, here: Array, motion: Array, count: int, omega: Array, log_motion: Array) -> Array:
         """Changes (s, n, count, u) of :meth:`harmonics`, now `here`, with log motion (s, n, u)."""
-        by_size = (
-            self.harmonics(motion * (1 + LIMITS.local_forces_difference), count, omega) - here
-        ) / LIMITS.local_forces_difference
+        step = LIMITS.local_difference
+        by_size = (self.harmonics(motion * (1 + step), count, omega) - here) / step
         by_phase = 1j * np.arange(1, count + 1) * here
         return np.asarray(
             by_size[..., None] * log_motion.real[:, :, None, :] + by_phase[..., None] * log_motion.imag[:, :, None, :]
@@ -307,10 +295,9 @@ class LocalForces:
 
     def _with_growth(self, amplitude: Array, omega: Array, rows: Array) -> tuple[Array, Array]:
         """Stiffness of the forces at their ports' amplitudes at some steps, its derivative by their logarithms."""
-        k, beyond = (
-            self.equivalent(a, omega, rows) for a in (amplitude, amplitude * (1 + LIMITS.local_forces_difference))
-        )
-        return k, (beyond - k) / LIMITS.local_forces_difference
+        step = LIMITS.local_difference
+        k, beyond = (self.equivalent(a, omega, rows) for a in (amplitude, amplitude * (1 + step)))
+        return k, (beyond - k) / step
 
     def equivalent(self, amplitude: Array, omega: Array, rows: Array | None = None) -> Array:
         """Stiffness (s, n) of the nonlinear forces at their ports' amplitudes (s, n), at all steps or some."""

@@ -188,8 +188,8 @@ class ModelModification:
             moduli_factor={
                 joint: (E * more_E, G * more_G)
                 for joint in {**self.moduli_factor, **other.moduli_factor}
-                for E, G in [self.moduli_factor.get(joint, LIMITS.model_modification_unchanged)]
-                for more_E, more_G in [other.moduli_factor.get(joint, LIMITS.model_modification_unchanged)]
+                for E, G in [self.moduli_factor.get(joint, LIMITS.unchanged_moduli)]
+                for more_E, more_G in [other.moduli_factor.get(joint, LIMITS.unchanged_moduli)]
             },
             opening={**self.opening, **other.opening},
             layer_drift_per_s=_sums(self.layer_drift_per_s, other.layer_drift_per_s),

@@ -193,12 +193,12 @@ def balance_openings(
         """Balance these steps with a share of what is lost."""
         out: Sequence[Any] = [np.ascontiguousarray(array[rows]) for array in (X, force, more, unsettled)]
         given = _one_layout(*(a[rows] for a in around), *layer, lost * [share, 1.0, 1.0])
-        balance(*given, *out, TURNS, LIMITS.opening_harmonics_balanced, SHORTEST)  # type: ignore[call-arg]
+        balance(*given, *out, TURNS, LIMITS.opening_balanced, SHORTEST)  # type: ignore[call-arg]
         for array, values in zip((X, force, more, unsettled), out, strict=True):
             array[rows] = values
 
     settle(np.arange(len(a)), 1.0)
-    stuck = np.flatnonzero(unsettled > LIMITS.opening_harmonics_stuck)
+    stuck = np.flatnonzero(unsettled > LIMITS.opening_stuck)
     if len(stuck) and lost[:, 0].any():
         X[stuck] = 0.0
         for share in LIMITS.little_by_little:

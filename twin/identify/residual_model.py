@@ -20,8 +20,8 @@ from twin.identify.forward_model import AtHarmonic, ForwardModel
 from twin.identify.joint_law import curve_precision
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import LinearModel, nominal_parameters
+from twin.identify.limits import LIMITS
 from twin.identify.linearisation import Linearisation, LostContact, with_more
-from twin.identify.local_forces import DIFFERENCE
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.opening_harmonics import balance_openings, stiffness_sensitivity
@@ -251,10 +251,15 @@ class ResidualModel(ForwardModel):
         for joint, by in enumerate(by_softening):
             by_unknowns[:, :, baseline.softening(joint)] = by
             if self.modification.opening:  # lost contact takes off E' itself
-                stiffer = np.where(np.arange(len(openings.modulus)) == joint, 1 + DIFFERENCE, 1.0) * openings.modulus
+                stiffer = (
+                    np.where(np.arange(len(openings.modulus)) == joint, 1 + LIMITS.local_difference, 1.0)
+                    * openings.modulus
+                )
                 changed = replace(openings, modulus=stiffer)
                 more = balance_openings(baseline.laws, changed, self.slaps, start=harmonics.motion).more
-                by_unknowns[:, :, baseline.blocks["log_E"].start + joint] += (more - harmonics.more) / DIFFERENCE
+                by_unknowns[:, :, baseline.blocks["log_E"].start + joint] += (
+                    more - harmonics.more
+                ) / LIMITS.local_difference
         lost = LostContact(openings, harmonics, self._read_of_openings(around)) if self.modification.opening else None
         return by_unknowns, lost
 

@@ -20,13 +20,15 @@ class Limits:
     soft_share: float = 0.9
     """Share of E' that the law loses at large amplitudes."""
     reference_modulus: float = 3.9e8
-    """E' at which SOFT_OPENING holds, N/m2; the softening starts later in a joint that is clamped harder."""
+    """E' at which `soft_opening` holds, N/m2; the softening starts later in a joint that is clamped harder."""
     soft_opening: float = 1.0e-6
     """Scale of the softening, m of a point's opening."""
     loss_modulus: float = 3.0e9
     """Loss modulus in shear at large amplitudes, N/m2: the paper's g2 reaches 1.5e9 within its range."""
     loss_slip: float = 1.65e-6
-    """Scale of the loss, m of a point's slip, at REFERENCE_MODULUS."""
+    """Scale of the loss, m of a point's slip, at `reference_modulus`."""
+    loss_power: int = 4
+    """Of the slip, at first."""
     loss_end: float = 6.0
     """End of the loss's table, over its scale."""
     # table.py

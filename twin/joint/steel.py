@@ -12,8 +12,6 @@ from twin.joint.limits import LIMITS
 from twin.joint.running_loss import RunningLoss
 from twin.joint.saturating import Saturating
 
-LOSS_POWER = 4
-
 
 def steel_softening(E: float) -> Saturating:
     """What is added to E' times a point's opening, for a layer of normal modulus `E`, N/m2."""
@@ -25,4 +23,5 @@ def steel_loss(E: float) -> RunningLoss:
     """What a point loses over its slip, for a layer of normal modulus `E`, N/m2."""
     scale = LIMITS.loss_slip * np.sqrt(E / LIMITS.reference_modulus)
     slip = np.linspace(0.0, LIMITS.loss_end * scale, 1025)
-    return RunningLoss(slip[-1], LIMITS.loss_modulus * slip**LOSS_POWER / (slip**LOSS_POWER + scale**LOSS_POWER))
+    share = (slip / scale) ** LIMITS.loss_power
+    return RunningLoss(slip[-1], LIMITS.loss_modulus * share / (1.0 + share))

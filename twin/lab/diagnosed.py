@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from matplotlib.figure import Figure
 
 from recordings.whole import made_folder
-from twin.checks import CheckFinding
+from twin.checks import Finding
 from twin.diagnose import Diagnosis
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.extended import updated_rig_file
@@ -60,7 +60,7 @@ class DiagnosedRecordings(FitPictures, DiagnosedModel):
     """The diagnosis of recordings, and what a first look at them saw."""
 
     diagnosis: Diagnosis
-    findings: tuple[CheckFinding, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
     @property
     def sentence(self) -> str:

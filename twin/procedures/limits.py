@@ -17,7 +17,7 @@ class Limits:
     trial_s: float = 2.0
     """Over which a level, or the fall of a transient, is seen well enough; of a multisine whole periods."""
     still_falling: float = 0.9
-    """What has not fallen to this part of itself within :data:`TRIAL_S` does not fall: time constants up to 19 s do."""
+    """What has not fallen to this part of itself within `trial_s` does not fall: time constants up to 19 s do."""
     # settling.py
     usual_damping_ratio: float = 0.0023
     """Of a bolted steel structure: what is assumed before the data tell."""

@@ -79,7 +79,7 @@ class HarmonicBalance:
         amplitude: float,
         *,
         start: PeriodicSolution | None = None,
-        tolerance: float = LIMITS.harmonic_balance_tolerance,
+        tolerance: float = LIMITS.balance_tolerance,
     ) -> PeriodicSolution:
         """The steady state at one frequency: on the branch of a neighbour, or where rest leads as the drive is raised.
 
@@ -117,9 +117,7 @@ class HarmonicBalance:
         for frequency in frequencies_Hz:
             w = 2 * np.pi * frequency
             reached = (
-                self._from_rest(w, amplitude, LIMITS.harmonic_balance_tolerance)
-                if before is None
-                else self._stepped(before, w)
+                self._from_rest(w, amplitude, LIMITS.balance_tolerance) if before is None else self._stepped(before, w)
             )
             if isinstance(reached, Failure):
                 failures.append(reached)
@@ -144,7 +142,7 @@ class HarmonicBalance:
             Points after which it gives up.
         """
         begin, end = 2 * np.pi * start_Hz, 2 * np.pi * stop_Hz
-        first = self._from_rest(begin, amplitude, LIMITS.harmonic_balance_tolerance)
+        first = self._from_rest(begin, amplitude, LIMITS.balance_tolerance)
         if isinstance(first, Failure):
             return SolutionBranch((), first)
         way = self._follow(first.x, begin, end, amplitude, by_drive=False, span=abs(end - begin), step=step, most=most)
@@ -179,7 +177,7 @@ class HarmonicBalance:
 
         A slider that never slips keeps its force for ever, which is a multiplier of one and no instability.
         """
-        return bool(abs(self.multipliers(solution)[0]) < 1.0 + LIMITS.harmonic_balance_neutral)
+        return bool(abs(self.multipliers(solution)[0]) < 1.0 + LIMITS.neutral_multiplier)
 
     def _linear(self, w: float, amplitude: float) -> Matrix:
         """Unknowns without local forces."""
@@ -205,9 +203,7 @@ class HarmonicBalance:
         found = self._newton(linear, w, amplitude, tolerance, LIMITS.from_rest)
         while isinstance(found, Failure) and part > LIMITS.least_drive:
             part /= 2.0
-            found = self._newton(
-                part * linear, w, part * amplitude, LIMITS.harmonic_balance_tolerance, LIMITS.from_rest
-            )
+            found = self._newton(part * linear, w, part * amplitude, LIMITS.balance_tolerance, LIMITS.from_rest)
         return found if isinstance(found, Failure) or part == 1.0 else self._raised(found, amplitude, tolerance)
 
     def _raised(self, state: _State, amplitude: float, tolerance: float) -> _State | Failure:
@@ -221,21 +217,21 @@ class HarmonicBalance:
         if not isinstance(found, Failure):
             return found
         if amplitude != state.amplitude:
-            raised = self._raised(state, amplitude, LIMITS.harmonic_balance_tolerance)
+            raised = self._raised(state, amplitude, LIMITS.balance_tolerance)
             if isinstance(raised, Failure):
                 return raised
             state = raised
         if w == state.w:
             return state
-        span = max(abs(w - state.w), LIMITS.harmonic_balance_narrow * w)
+        span = max(abs(w - state.w), LIMITS.balance_narrow * w)
         return self._along(state, w, by_drive=False, span=span, tolerance=tolerance)
 
     def _stepped(self, before: _State, w: float) -> _State | Failure:
         """What a sweep comes to at its next frequency: on its branch, or where rest leads to if that never comes by."""
-        reached = self._onward(before, w, before.amplitude, LIMITS.harmonic_balance_tolerance)
+        reached = self._onward(before, w, before.amplitude, LIMITS.balance_tolerance)
         if not isinstance(reached, Failure):
             return reached
-        landed = self._from_rest(w, before.amplitude, LIMITS.harmonic_balance_tolerance)
+        landed = self._from_rest(w, before.amplitude, LIMITS.balance_tolerance)
         return reached if isinstance(landed, Failure) else landed._replace(jumped=True)
 
     def _along(
@@ -245,7 +241,7 @@ class HarmonicBalance:
         begin, held = (state.amplitude, state.w) if by_drive else (state.w, state.amplitude)
         way = self._follow(
             state.x, begin, target, held, by_drive=by_drive, span=span,
-            step=LIMITS.harmonic_balance_step, most=LIMITS.most_points,
+            step=LIMITS.branch_step, most=LIMITS.most_points,
             landing=True, tolerance=tolerance,
         )  # fmt: skip
         if way.outcome != FOUND:
@@ -268,7 +264,7 @@ class HarmonicBalance:
         step: float,
         most: int,
         landing: bool = False,
-        tolerance: float = LIMITS.harmonic_balance_tolerance,
+        tolerance: float = LIMITS.balance_tolerance,
     ) -> _Way:
         """Points along a branch after its first; as :func:`twin.response.continuation.follow`."""
         X, P, F = np.empty((most, len(start))), np.empty(most), np.empty((most, self._locals, self._n))

@@ -12,18 +12,18 @@ class Limits:
     """Selects the modes where no rate is asked for: all that the bench ever keeps."""
     internal_rate_Hz: float = 11264.0
     """Of the march whose stability is asked for: the bench's own."""
-    harmonic_balance_tolerance: float = 1e-9
+    balance_tolerance: float = 1e-9
     """Residual over the size of the unknowns, coordinate by coordinate."""
-    harmonic_balance_neutral: float = 1e-4
+    neutral_multiplier: float = 1e-4
     """What a multiplier may exceed one by and count as one: a hundredth of what light damping takes off in a period."""
     from_rest: float = 0.25
     """Most of the first step from the linear response that the second may be: nearly linear."""
     least_drive: float = 2.0**-40
     """Part of the drive at which a rig that is not nearly linear counts as one without a steady state."""
-    harmonic_balance_step: float = 0.2
+    branch_step: float = 0.2
     most_points: int = 2000
     """Greatest arclength of a step, and most points, on the way from one steady state to another."""
-    harmonic_balance_narrow: float = 0.02
+    balance_narrow: float = 0.02
     """Least unit of frequency on that way, over the frequency: about the width of a resonance."""
     # stability.py
     stability_beside: float = 1e-5

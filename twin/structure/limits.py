@@ -53,12 +53,12 @@ class Limits:
     law_table_nearest: float = 4e-3
     """Of them over the largest; and the least distance between two, over their amplitude."""
     # matrix_coordinates.py
-    matrix_coordinates_rounding: float = 1e-9
+    coordinate_rounding: float = 1e-9
     """Errors of a natural frequency that are told at least: below, the solution of the whole is no better."""
     # mesh.py
     mesh_same: float = 1e-4
     """Of the shortest beam: nodes nearer than this are one.  An element so short is so stiff that rounding in it drowns
-    the whole structure's stiffness, and places in a rig file are rounded: the end of an inclined beam, say. """
+    the whole structure's stiffness, and places in a rig file are rounded: the end of an inclined beam, say."""
     same_of_layer: float = 0.25
     """The same of the shortest element of a layer."""
     mesh_beyond_m: float = 1e-6

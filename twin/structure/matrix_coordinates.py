@@ -66,7 +66,7 @@ class MatrixCoordinates:
         whole, few = self.reduced.T.shape
         return (
             f"{whole} degrees of freedom in {few}; natural frequencies up to {self.part.modes_to_Hz:g} Hz are those of "
-            f"the whole within {max(self.reduced.error, LIMITS.matrix_coordinates_rounding):.0e}"
+            f"the whole within {max(self.reduced.error, LIMITS.coordinate_rounding):.0e}"
         )
 
     @cached_property

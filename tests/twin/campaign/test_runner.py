@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 from needed import package
@@ -76,7 +77,7 @@ def test_a_dask_cluster_runs_the_cases(tmp_path, monkeypatch):
 
 
 def test_a_scheduler_that_does_not_answer_is_one_line(tmp_path, monkeypatch):
-    monkeypatch.setattr(runner, "SCHEDULER_S", 0.5)
+    monkeypatch.setattr(runner, "LIMITS", replace(runner.LIMITS, scheduler_s=0.5))
     package("distributed")
     with pytest.raises(InputError, match=r"--scheduler.*cannot be reached"):
         run_campaign(PLANS, RIG, tmp_path, scheduler="tcp://127.0.0.1:1")

@@ -15,7 +15,7 @@ from first_day import MISTAKES, NAMES, PER_G, Runs
 import twin
 from recordings import InputError, Run, read_run
 from recordings.run import DeviceSamples
-from twin.checks import CheckFinding, FirstLook, first_look
+from twin.checks import Finding, FirstLook, first_look
 from twin.cli import main
 from twin.rigs import Effect, load_rig
 
@@ -129,7 +129,7 @@ def test_what_the_rig_file_knows_of_a_channel_is_no_finding(clean: Runs) -> None
 
 
 def test_a_finding_is_one_line_without_control_characters() -> None:
-    line = CheckFinding("a/run.mcap", "acc\x1b[1m", "dead", "a signal", "every\nsample is 0", "stopped").line
+    line = Finding("a/run.mcap", "acc\x1b[1m", "dead", "a signal", "every\nsample is 0", "stopped").line
     assert line == "run.mcap: channel acc?[1m: dead: every sample is 0; expected a signal; check cable and supply"
 
 

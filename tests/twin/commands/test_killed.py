@@ -241,13 +241,14 @@ def test_ctrl_c_is_one_line_and_leaves_nothing_half(name: str, count: int, input
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", ["faults --tries 2", "reproduce", "speed", "check run.mcap --rig steel-lap-joint"])
+@pytest.mark.parametrize("words", ["faults --tries 2", "reproduce", "speed"])
 def test_ctrl_c_ends_what_writes_nothing(words: str, inputs: Path, tmp_path: Path) -> None:
     """Also where a command calls another one, which takes an interrupt as its end in order."""
     runs = Runs(Killed(words, "", again=""), inputs, tmp_path)
-    for moment_s in (STARTED_S, 6.0):
+    del runs.environment["TMPDIR"]  # a socket's path is short
+    for moment_s in (5.0, 9.0):  # well after Python itself has started, on a busy machine too
         status, told, took_s = runs.interrupt_at(moment_s)
-        assert (status, told.strip()) in ((130, "twin: interrupted"), (0, "")), moment_s
+        assert (status, told.strip()) == (130, "twin: interrupted"), moment_s
         assert took_s < INTERRUPTED_S, moment_s
         assert runs.processes() == []
 

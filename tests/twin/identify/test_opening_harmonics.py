@@ -59,7 +59,7 @@ def openings(orders, seed=0):
     return Openings(fundamental, secant, *at_rest, tuple(orders), compliance, driven, *slips)
 
 
-def openings_of(laws, joint, orders=LIMITS.opening_harmonics_odd, seed=0):
+def openings_of(laws, joint, orders=LIMITS.odd_harmonics, seed=0):
     """As :func:`openings`, with the secants of these laws at the points of their joints."""
     plain = openings(orders, seed)
     secant = np.empty((3, 3))
@@ -125,7 +125,7 @@ def brute_force(openings, slap, samples=1024):
 
 
 @pytest.mark.parametrize(
-    ("orders", "slap"), [(LIMITS.opening_harmonics_odd, None), (LIMITS.even_too, SLAP)], ids=["softening", "slap"]
+    ("orders", "slap"), [(LIMITS.odd_harmonics, None), (LIMITS.even_too, SLAP)], ids=["softening", "slap"]
 )
 def test_harmonics_are_those_of_a_root_finder_over_a_finer_period(exact, monkeypatch, orders, slap):
     """Its own force law, sampling and solver; what comes back to the fundamental is hundredths of the softening."""
@@ -158,7 +158,7 @@ def test_it_comes_to_rest_wherever_it_begins(seed, slap):
     np.testing.assert_allclose(again.motion, found.motion, atol=1e-4 * np.max(np.abs(given.fundamental)))
 
 
-@pytest.mark.parametrize("orders", [LIMITS.opening_harmonics_odd, LIMITS.even_too], ids=["odd", "all"])
+@pytest.mark.parametrize("orders", [LIMITS.odd_harmonics, LIMITS.even_too], ids=["odd", "all"])
 @pytest.mark.parametrize("slap", [None, SLAP, Opening(5e-7, 0.2)], ids=["softening", "slap", "hard-slap"])
 def test_the_compiled_balance_is_the_plain_one(orders, slap):
     given = openings(orders, seed=1)
@@ -169,7 +169,7 @@ def test_the_compiled_balance_is_the_plain_one(orders, slap):
 
 
 @pytest.mark.parametrize(
-    ("orders", "slap"), [(LIMITS.opening_harmonics_odd, None), (LIMITS.even_too, SLAP)], ids=["softening", "slap"]
+    ("orders", "slap"), [(LIMITS.odd_harmonics, None), (LIMITS.even_too, SLAP)], ids=["softening", "slap"]
 )
 def test_what_harmonics_add_grows_with_the_fundamentals_as_differences_say(exact, orders, slap):
     around, slaps = openings(orders), [slap]
@@ -208,7 +208,7 @@ def test_it_comes_to_rest_on_a_rig(build, steel_model, steel_dense, around_Hz, s
 
 def test_without_harmonics_nothing_comes_back():
     """A structure that does not answer them, and a drive that has none."""
-    given = openings(LIMITS.opening_harmonics_odd)
+    given = openings(LIMITS.odd_harmonics)
     still = replace(given, compliance=0 * given.compliance, driven=0 * given.driven)
     found = balance_openings((LAW,), still)
     assert not found.motion.any()
@@ -216,7 +216,7 @@ def test_without_harmonics_nothing_comes_back():
 
 
 def test_a_linear_joints_harmonics_are_the_drives_own():
-    given = openings(LIMITS.opening_harmonics_odd)
+    given = openings(LIMITS.odd_harmonics)
     given = replace(given, secant=0 * given.secant)
     found = balance_openings((LayerLaw.zero(KNOTS, KNOTS),), given)
     np.testing.assert_allclose(found.motion, given.driven, atol=1e-6 * np.max(np.abs(given.driven)))
@@ -249,7 +249,7 @@ def test_a_slap_that_loses_nothing_is_none():
 
 @pytest.mark.parametrize(
     ("orders", "slaps"),
-    [(LIMITS.opening_harmonics_odd, (None, None)), (LIMITS.even_too, (SLAP, None))],
+    [(LIMITS.odd_harmonics, (None, None)), (LIMITS.even_too, (SLAP, None))],
     ids=["odd", "slap"],
 )
 def test_what_harmonics_add_follows_the_laws_of_all_joints(exact, orders, slaps):

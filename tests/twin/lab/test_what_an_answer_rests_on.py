@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from twin.checks import CheckFinding
+from twin.checks import Finding
 from twin.lab.diagnosed import DiagnosedRecordings
 
-FINDING = CheckFinding("noise.mcap", "", "preload", "those of 540N", "it has the resonances of 120N", "told")
+FINDING = Finding("noise.mcap", "", "preload", "those of 540N", "it has the resonances of 120N", "told")
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,3 @@
-"""A high-pass that nobody modelled."""
-
 from twin.bench.plan import Plan
 
 

@@ -1,5 +1,3 @@
-"""A mass nobody entered in the model: a forgotten clamp, a cable, a heavier sensor."""
-
 from twin.bench.plan import Plan
 
 

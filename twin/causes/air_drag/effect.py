@@ -1,5 +1,3 @@
-"""Drag of the air, quadratic in the velocity, spread evenly along the structure."""
-
 import numpy as np
 
 from twin.bench.plan import Element, Matrices, Plan

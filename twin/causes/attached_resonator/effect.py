@@ -1,5 +1,3 @@
-"""A small oscillator on the structure: a cable loop, a loose bracket."""
-
 from twin.bench.plan import Plan
 from twin.rigs import Place
 

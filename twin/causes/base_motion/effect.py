@@ -1,5 +1,3 @@
-"""A foundation that moves with the drive force."""
-
 from twin.bench.plan import Plan
 
 

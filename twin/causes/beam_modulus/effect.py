@@ -1,5 +1,3 @@
-"""A beam of another alloy or thickness than was assumed."""
-
 from twin.bench.plan import Plan
 
 

@@ -1,5 +1,3 @@
-"""A channel that arrives late: another filter, another multiplexer slot."""
-
 from twin.bench.plan import Plan
 
 

@@ -1,5 +1,3 @@
-"""A sensitivity entered wrongly."""
-
 from twin.bench.plan import Plan
 
 

@@ -1,5 +1,3 @@
-"""A transducer mounted or wired the wrong way round."""
-
 from twin.bench.plan import Plan
 
 

@@ -1,5 +1,3 @@
-"""A clamp that yields in rotation."""
-
 from twin.bench.plan import Plan
 
 

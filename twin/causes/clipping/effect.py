@@ -1,5 +1,3 @@
-"""An amplifier that limits before the converter does, so that no overload is counted."""
-
 from twin.bench.plan import Plan
 
 

@@ -1,5 +1,3 @@
-"""A channel that picks up another."""
-
 from twin.bench.plan import Plan
 
 

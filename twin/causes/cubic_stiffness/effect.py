@@ -1,5 +1,3 @@
-"""A spring to ground that hardens with the cube of the deflection (a taut cable, a membrane)."""
-
 from twin.bench.plan import Element, Plan
 from twin.joint import Cubic
 from twin.rigs import Place

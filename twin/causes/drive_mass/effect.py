@@ -1,5 +1,3 @@
-"""A mass between force cell and beam, such as an adapter: the beam feels it, the force cell counts it as beam."""
-
 from twin.bench.plan import Plan
 
 

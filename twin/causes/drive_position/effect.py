@@ -1,5 +1,3 @@
-"""A shaker that pushes somewhere else than was noted."""
-
 from twin.bench.plan import Plan
 
 

@@ -1,5 +1,3 @@
-"""Dry friction between the structure and something fixed: a cable tie, a touching cover."""
-
 from twin.bench.plan import Element, Plan
 from twin.joint import jenkins
 from twin.rigs import Place

@@ -1,5 +1,3 @@
-"""A stop that the structure touches on one side."""
-
 from twin.bench.plan import Element, Plan
 from twin.joint import one_sided
 from twin.rigs import Place

@@ -1,5 +1,3 @@
-"""Micro-slip in the joint: a slider on the slip of one of the layer's points."""
-
 from twin.bench.plan import JointSlider, Plan
 
 

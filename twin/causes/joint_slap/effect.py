@@ -1,5 +1,3 @@
-"""A joint that loses contact on one side of its motion."""
-
 from twin.bench.layer import slapping
 from twin.bench.limits import LIMITS
 from twin.bench.plan import Plan

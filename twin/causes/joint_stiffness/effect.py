@@ -1,5 +1,3 @@
-"""A joint whose moduli differ from what was assumed (another torque, another surface)."""
-
 from twin.bench.plan import Plan
 
 

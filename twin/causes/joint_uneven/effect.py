@@ -1,5 +1,3 @@
-"""Contact that fades along the overlap."""
-
 from twin.bench.plan import Plan
 
 

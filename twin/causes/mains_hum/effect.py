@@ -1,5 +1,3 @@
-"""Hum of the mains on a channel."""
-
 from twin.bench.plan import Plan
 
 

@@ -1,5 +1,3 @@
-"""An accelerometer on soft wax: it has a resonance of its own."""
-
 from twin.bench.plan import Plan
 
 

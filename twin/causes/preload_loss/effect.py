@@ -1,5 +1,3 @@
-"""A bolt that loses preload during the test."""
-
 from twin.bench.plan import Plan
 
 

@@ -1,5 +1,3 @@
-"""A converter coarser than assumed, or a range chosen far too large."""
-
 from twin.bench.plan import Plan
 
 

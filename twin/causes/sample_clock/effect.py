@@ -1,5 +1,3 @@
-"""A converter whose clock is wrong; the generator is another instrument and keeps good time."""
-
 from twin.bench.plan import Plan
 
 

@@ -1,5 +1,3 @@
-"""A sensor glued somewhere else than was noted."""
-
 from twin.bench.plan import Plan
 
 

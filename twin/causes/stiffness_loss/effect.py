@@ -1,5 +1,3 @@
-"""A crack or a damaged section: bending stiffness lost over one element length of the rig file's mesh."""
-
 from twin.bench.plan import Matrices, Plan
 from twin.structure.weakened import weakened_section
 

@@ -1,5 +1,3 @@
-"""A spring to ground at the drive point, on the beam's side of the force cell, so that the cell does not see it."""
-
 import numpy as np
 
 from twin.bench.plan import Matrices, Plan

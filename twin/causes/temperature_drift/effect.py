@@ -1,5 +1,3 @@
-"""A structure that warms up: all moduli fall."""
-
 from twin.bench.plan import Plan
 
 

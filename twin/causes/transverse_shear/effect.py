@@ -1,5 +1,3 @@
-"""A beam that yields in shear as well as in bending (a core, a laminate): Timoshenko instead of Euler-Bernoulli."""
-
 from twin.bench.plan import Plan
 
 

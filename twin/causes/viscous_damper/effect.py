@@ -1,5 +1,3 @@
-"""A dashpot to ground."""
-
 import numpy as np
 
 from twin.bench.plan import Matrices, Plan

@@ -65,6 +65,8 @@ class Limits:
     parameters_joint: float = 0.3
     """Standard deviations of logarithms beforehand: a data sheet's modulus, a weighed part's density, a spring that was
     guessed to a factor of two, a joint."""
+    parameters_clamp: float = 0.03
+    """The same of a clamp's rotation per moment, over the beam's own, L / EI; none is the likeliest."""
     least_clamp: float = 1e-6
     """Below it a clamp is rigid."""
     # reduction.py

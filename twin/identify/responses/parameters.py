@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from twin.identify.responses.limits import LIMITS
-from twin.rigs import BeamPart, Preload, Rig, StructureRig
+from twin.rigs import BeamPart, Preload, Rig, StructureRig, Support
+from twin.rigs.layout import Spring
 
 __all__ = ["UpdatedParameter", "parameters_of"]
-
-CLAMP = 0.03
-"""The same of a clamp's rotation per moment, over the beam's own, L / EI; none is the likeliest."""
 
 
 @dataclass(frozen=True)
@@ -57,53 +55,24 @@ def parameters_of(rig: Rig, preload: str) -> tuple[UpdatedParameter, ...]:
     if isinstance(rig, StructureRig):
         for number, part in enumerate(rig.part):
             if isinstance(part, BeamPart):
-                factor(
-                    f"youngs_modulus {part.name}",
-                    "N/m2",
-                    part.youngs_modulus,
-                    LIMITS.parameters_modulus,
-                    _of("part", number, "youngs_modulus"),
-                )
-                factor(
-                    f"density {part.name}",
-                    "kg/m3",
-                    part.density,
-                    LIMITS.parameters_density,
-                    _of("part", number, "density"),
-                )
-        for number, support in enumerate(rig.support):
-            for dof, value in support.stiffness.items():
-                name = f"support {support.part} {dof}"
-                factor(
-                    name,
-                    "N/m" if len(dof) == 1 else "Nm/rad",
-                    value,
-                    LIMITS.parameters_spring,
-                    _spring("support", number, dof),
-                )
-            beam = rig.layout().part(support.part)
-            if "rz" in support.fix and isinstance(beam, BeamPart):
+                for field, unit, std in (
+                    ("youngs_modulus", "N/m2", LIMITS.parameters_modulus),
+                    ("density", "kg/m3", LIMITS.parameters_density),
+                ):
+                    factor(f"{field} {part.name}", unit, getattr(part, field), std, _of("part", number, field))
+        springs: list[tuple[str, int, str, Support | Spring]]
+        springs = [("support", n, one.part, one) for n, one in enumerate(rig.support)]
+        springs += [("spring", n, " ".join(one.between), one) for n, one in enumerate(rig.spring)]
+        for table, number, where, one in springs:
+            for dof, value in one.stiffness.items():
+                unit = "N/m" if len(dof) == 1 else "Nm/rad"
+                factor(f"{table} {where} {dof}", unit, value, LIMITS.parameters_spring, _spring(table, number, dof))
+            if isinstance(one, Support) and "rz" in one.fix and isinstance(beam := rig.layout().part(where), BeamPart):
                 found.append(_clamp(number, beam))
-        for number, spring in enumerate(rig.spring):
-            for dof, value in spring.stiffness.items():
-                name = f"spring {spring.between[0]} {spring.between[1]} {dof}"
-                factor(
-                    name,
-                    "N/m" if len(dof) == 1 else "Nm/rad",
-                    value,
-                    LIMITS.parameters_spring,
-                    _spring("spring", number, dof),
-                )
     for number, joint in enumerate(rig.joints):
-        moduli = joint.preload[preload]
         for field, told in (("normal_modulus", "E'"), ("shear_modulus", "G'")):
-            factor(
-                f"{told} {joint.name}",
-                "N/m2",
-                getattr(moduli, field),
-                LIMITS.parameters_joint,
-                _joint(preload, number, field),
-            )
+            value, apply = getattr(joint.preload[preload], field), _joint(preload, number, field)
+            factor(f"{told} {joint.name}", "N/m2", value, LIMITS.parameters_joint, apply)
     return tuple(found)
 
 
@@ -131,7 +100,9 @@ def _clamp(number: int, beam: BeamPart) -> UpdatedParameter:
     def apply(rig: Rig, x: float) -> Rig:
         return _clamped(rig, number, x * unit if x > LIMITS.least_clamp else 0.0)
 
-    return UpdatedParameter(f"clamp {beam.name}", "rad/Nm", 0.0, CLAMP, 0.0, lambda x: x * unit, apply)
+    return UpdatedParameter(
+        f"clamp {beam.name}", "rad/Nm", 0.0, LIMITS.parameters_clamp, 0.0, lambda x: x * unit, apply
+    )
 
 
 def _clamped(rig: Rig, number: int, rad_per_Nm: float) -> Rig:
