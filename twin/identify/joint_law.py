@@ -137,10 +137,8 @@ def _splines(knots: bytes) -> tuple[PPoly, PPoly]:
     inside = CubicSpline(u, np.vstack([np.zeros(len(x)), np.eye(len(x))]), bc_type="natural")
     value, slope = inside(u[-1]), inside(u[-1], 1)
     none = np.zeros_like(value)
-    beyond = [
-        [none, -slope / (2 * LIMITS.run_out), slope, value],
-        [none, none, none, value + slope * LIMITS.run_out / 2],
-    ]
+    run_out = LIMITS.run_out
+    beyond = [[none, -slope / (2 * run_out), slope, value], [none, none, none, value + slope * run_out / 2]]
     coefficients = np.concatenate([inside.c, np.swapaxes(beyond, 0, 1)], axis=1)
     splines = PPoly(coefficients, np.append(u, u[-1] + [run_out, LIMITS.never]))
     return splines, splines.derivative()

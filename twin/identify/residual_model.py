@@ -18,9 +18,9 @@ from twin.identify.broadband import BinnedResponse
 from twin.identify.error_model import SOUND, Covariances, ErrorModel
 from twin.identify.forward_model import AtHarmonic, ForwardModel
 from twin.identify.joint_law import curve_precision
+from twin.identify.limits import LIMITS
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import LinearModel, nominal_parameters
-from twin.identify.limits import LIMITS
 from twin.identify.linearisation import Linearisation, LostContact, with_more
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
