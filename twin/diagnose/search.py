@@ -195,7 +195,7 @@ def _reduced_anew(
 def _fitted_rivals(race: Race, model: FittedModel, scores: Sequence[Score], report: Report) -> tuple[FittedModel, ...]:
     """The models with one more cause, of those that the scores promise, the most probable first.
 
-    Where none of them is as exact as sound rigs' models are, fits begin from elsewhere, too.
+    Where none of them has settled and is as exact as sound rigs' models are, fits begin from elsewhere, too.
     """
     evidence, effort = race.evidence, race.effort
     fits: list[FittedModel] = []
@@ -208,6 +208,10 @@ def _fitted_rivals(race: Race, model: FittedModel, scores: Sequence[Score], repo
     for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, imitated)):
         fits += _begun_and_raced(race, model, begin, rivals, report)
     sound = sound_errors(evidence)
+    if not any(fit.is_exact(sound) for fit in fits):
+        # The law imitates at first what goes by the amplitude, and then leads a fit astray.
+        by_amplitude = [rival for rival in beside if _goes_by_amplitude(evidence, rival)]
+        fits += _begun_and_raced(race, model, _beside_no_law, by_amplitude, report)
     if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (model,)))):
         fits += _begun_and_raced(race, model, _beside_no_law, _elsewhere(evidence, scores, promising, effort), report)
     if fits and threshold_of(evidence, _likeliest(fits)):
@@ -273,16 +277,19 @@ def _best_of_each(scores: Sequence[Score]) -> dict[str, Score]:
 def _elsewhere(
     evidence: MeasuredData, scores: Sequence[Score], promising: Sequence[CauseHypothesis], effort: Effort
 ) -> list[CauseHypothesis]:
-    """Further beginnings: causes that go by the amplitude, for the law imitates what they do at first, and by time."""
-    best = _best_of_each(scores)
-    keys, found = {hypothesis.key for hypothesis in promising}, []
-    for key, score in best.items():
-        modification, full = score.hypothesis.modification(evidence), score.hypothesis.cause.tried_at_full_size
-        if full and key not in keys:
-            found.append(_at_full_size(evidence, score.hypothesis))
-        elif not full and key in keys and (modification.nonlinear or modification.opening):
-            found.append(score.hypothesis)
+    """Further beginnings: causes that the law imitates at first."""
+    keys = {hypothesis.key for hypothesis in promising}
+    found = [
+        _at_full_size(evidence, score.hypothesis)
+        for key, score in _best_of_each(scores).items()
+        if score.hypothesis.cause.tried_at_full_size and key not in keys
+    ]
     return found[: effort.rivals]
+
+
+def _goes_by_amplitude(evidence: MeasuredData, hypothesis: CauseHypothesis) -> bool:
+    modification = hypothesis.modification(evidence)
+    return bool(modification.nonlinear or modification.opening)
 
 
 def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseHypothesis:
