@@ -12,16 +12,14 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from twin.arrays import Array
 from twin.campaign.case import CaseResult
 from twin.campaign.limits import LIMITS
 from twin.diagnose.limits import LIMITS as DIAGNOSE
 from twin.diagnose.models import CAUSES
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, LOG_ODDS_OF_UNKNOWN, Weighed, probabilities, smallest_set
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,19 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.diagnose.limits import LIMITS
 from twin.identify.model_modification import Attachment, ModelModification
 from twin.identify.prediction import Prediction
 from twin.identify.residual_model import ResidualModel
 
 __all__ = ["AttachmentSignatures"]
-
-Array = NDArray[Any]
 
 
 class AttachmentSignatures:

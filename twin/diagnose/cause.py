@@ -5,10 +5,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twin.diagnose.limits import LIMITS
 from twin.identify.baseline_parameters import BaselineParameters
@@ -29,8 +28,6 @@ __all__ = [
     "strengths_of",
     "thresholds",
 ]
-
-Array = NDArray[Any]
 Values = Mapping[str, float]
 
 

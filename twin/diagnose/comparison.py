@@ -1,11 +1,10 @@
 """Sweeps measured beside two models: the responses step by step, and their errors."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.identify.limits import LIMITS as IDENTIFY
@@ -13,8 +12,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from twin.arrays import Array
 from twin.diagnose.cause import Cause, Parameter
 from twin.identify.base_fit import baseline_bounds
 from twin.identify.baseline_parameters import BaselineParameters
@@ -27,8 +26,6 @@ from twin.identify.residual_model import ResidualModel
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["CauseHypothesis", "FitProblem", "FittedModel", "difference_step", "fit_model", "modification_of"]
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)

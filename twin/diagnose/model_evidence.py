@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.optimize import minimize, minimize_scalar
 
+from twin.arrays import Array
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.identify.baseline_parameters import BaselineParameters
@@ -27,8 +26,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.whitening import HarmonicResiduals, Whitening
 
 __all__ = ["Tolerances", "fit_with_errors", "infer_errors", "unexplained"]
-
-Array = NDArray[Any]
 
 GRID = (0.3, 3.0, 30.0, 300.0)
 """Errors over a sound rig's from which the likeliest are looked for."""

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from recordings.directions import direction_name, unit_vector
+from twin.arrays import Array
 from twin.diagnose.cause import Parameter, Values
 from twin.diagnose.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
@@ -30,8 +29,6 @@ __all__ = [
     "single_point",
     "told_place",
 ]
-
-Array = NDArray[Any]
 
 
 def place_labels(evidence: MeasuredData) -> Sequence[Mapping[str, str]]:

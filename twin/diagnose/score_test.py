@@ -11,12 +11,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
+from twin.arrays import Array
 from twin.diagnose.attachment_signatures import AttachmentSignatures
 from twin.diagnose.cause import Cause, Parameter, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, difference_step, modification_of
@@ -35,8 +34,6 @@ from twin.identify.time_limit import time_is_up
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Score", "score_causes"]
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)

@@ -13,16 +13,12 @@ slips.  In noise of one frequency Z is within 5 % of the mean describing functio
 is sqrt(2 / pi) F / E[v^2]^(1/2): what Gaussian motion makes of dry friction (Bussgang 1952).
 """
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from twin.arrays import Array
 from twin.diagnose.limits import LIMITS
 from twin.identify.model_modification import NoiseMotion
-
-Array = NDArray[Any]
 
 
 def slider_in_noise(motion: NoiseMotion, omega: Array, k: float, slip_force: float) -> Array:

@@ -9,22 +9,19 @@ import csv
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.io import mmwrite
 from scipy.sparse import csr_array, save_npz
 
 from recordings.errors import InputError
 from recordings.whole import refuse_existing, whole_file
+from twin.arrays import Array
 from twin.rigs import Rig
 from twin.rigs.matrices.op4_matrix import SYMMETRIC
 from twin.structure import assemble, named_rows
 
 __all__ = ["SUFFIXES", "write_matrices"]
-
-Array = NDArray[Any]
 DIGITS = 3
 """Numbers on a line of an OUTPUT4 file."""
 REAL_DOUBLE = 2

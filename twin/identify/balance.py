@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from twin.arrays import Array
 
 __all__ = ["Added", "Balance", "log_amplitudes"]
-
-Array = NDArray[Any]
 
 
 def log_amplitudes(amplitude: Array) -> Array:

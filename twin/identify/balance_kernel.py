@@ -6,17 +6,13 @@ step on the logarithms of the amplitudes.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.slipping import LEAST_SLIP, RIPPLES, room_to_slide, slide
 from twin.joint.elimination import COMPILED, eliminate, eliminate_columns
 
 __all__ = ["settle", "turn"]
-
-Array = NDArray[Any]
 
 
 @COMPILED

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.balance import Added, Balance
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import ErrorModel, continuation
@@ -23,8 +23,6 @@ from twin.identify.model_modification import ModelModification
 from twin.identify.natural_frequencies import MeasuredFrequencies
 from twin.identify.opening_harmonics import balance_openings
 from twin.identify.residual_model import ResidualModel
-
-Array = NDArray[Any]
 
 TURNS = 25
 """Newton steps for each step's own softening and loss; eight are usual."""

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.blocks import Blocks
 from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_model import LinearParameters
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)

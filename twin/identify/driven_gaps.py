@@ -9,17 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.gaps import fill_gaps
 from twin.identify.spectrum import BroadbandRecord
 
 __all__ = ["driven_through"]
-
-Array = NDArray[Any]
 
 
 def driven_through(

@@ -9,19 +9,17 @@ against the others.  How large both are is inferred with the parameters.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.broadband import BinnedResponse
 from twin.identify.limits import LIMITS
 from twin.identify.linear_fit import MODULI_STD
 from twin.identify.measured_data import StepArrays
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import Whitening
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.balance import Added, Balance, log_amplitudes
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
@@ -35,8 +34,6 @@ from twin.identify.slipping import RIPPLES
 from twin.identify.structural_modification import attach, update_receptance
 
 __all__ = ["AtHarmonic", "ForwardModel"]
-
-Array = NDArray[Any]
 Free = tuple[Array, Array]
 """Receptances (s, p, p) at a multiple of the drive frequency, and omega (s,)."""
 AtHarmonic = tuple[Array, Array, Array]

@@ -12,17 +12,14 @@ The prediction is the one of the samples as they are filled so far, and improves
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve, solve_toeplitz
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
 
 __all__ = ["fill_gaps"]
-
-Array = NDArray[Any]
 
 TURNS = 2
 

@@ -2,15 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.time_limit import time_is_up
 
-Array = NDArray[Any]
 Ending = Literal["settled", "stuck", "out of iterations", "out of time", "not finite"]
 
 

@@ -1,10 +1,8 @@
 """Higher harmonics of the stepped sines: they tell where on the structure a nonlinear force acts."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.limits import LIMITS
 from twin.identify.measured_data import HARMONICS
@@ -12,8 +10,6 @@ from twin.identify.opening_harmonics import at_harmonic
 from twin.identify.residual_model import ResidualModel
 from twin.identify.structural_modification import update_receptance
 from twin.identify.whitening import HarmonicResiduals, Whitening
-
-Array = NDArray[Any]
 
 
 def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParameters) -> HarmonicResiduals:

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.balance import Added
 from twin.identify.forward_model import ForwardModel
 from twin.identify.joint_law import LayerLaw
@@ -33,8 +32,6 @@ from twin.identify.slipping import RIPPLES
 from twin.identify.structural_modification import update_receptance
 
 __all__ = ["HeldRig", "HeldStates"]
-
-Array = NDArray[Any]
 
 CHUNK = 4096
 HARMONIC_TURNS = 2

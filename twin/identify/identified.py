@@ -2,10 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twin.identify.base_fit import fit_base
 from twin.identify.baseline_parameters import BaselineParameters
@@ -21,8 +19,6 @@ from twin.identify.updated_rig import updated_rig
 from twin.rigs import Rig
 
 __all__ = ["Estimate", "Identified", "identify_rig"]
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,15 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PPoly
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
-
-Array = NDArray[Any]
 
 
 def choose_knots(amplitude_m: Array, count: int) -> Array:

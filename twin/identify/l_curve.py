@@ -7,14 +7,11 @@ f = s^2 / (s^2 + lambda^2) the solution is V (f beta / s), and norms and curvatu
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
-
-Array = NDArray[Any]
 
 POINTS = 200
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.broadband import BinnedResponse
 from twin.identify.extended_model import extended_model
 from twin.identify.limits import LIMITS
@@ -17,8 +15,6 @@ from twin.identify.structural_modification import attach
 from twin.structure import points_of_joints
 
 __all__ = ["LinearForwardModel"]
-
-Array = NDArray[Any]
 
 
 class LinearForwardModel:

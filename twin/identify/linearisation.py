@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.balance import Balance
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import ErrorSources
@@ -15,8 +14,6 @@ from twin.identify.opening_harmonics import OpeningBalance, Openings
 from twin.identify.whitening import Whitening
 
 __all__ = ["Linearisation", "LostContact", "with_more"]
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)

@@ -20,14 +20,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.balance import Added, Balance, log_amplitudes
 from twin.identify.balance_kernel import settle, turn
 from twin.identify.joint_law import LayerLaw, packed_laws, spline_basis
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import NoiseMotion, NonlinearForce
 from twin.identify.slipping import RIPPLES, Slider, common_spring
-
-Array = NDArray[Any]
 
 TURNS, SETTLED = 15, 1e-9
 

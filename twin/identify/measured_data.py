@@ -8,13 +8,13 @@ from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from recordings.quantities import quantity
 from recordings.run import Run
 from recordings.sweeps import sweeps
 from recordings.whereabouts import working_on
+from twin.arrays import Array
 from twin.identify.broadband import BinnedResponse
 from twin.identify.changed_model import ChangedModels
 from twin.identify.limits import LIMITS
@@ -29,8 +29,6 @@ from twin.identify.spectrum import BroadbandRecord, broadband_records
 from twin.rigs import Place, Rig, Shaker, nearest_preload, recorded_preload
 
 __all__ = ["Known", "MeasuredData", "StepArrays", "common_preload", "gather_data", "response_outputs"]
-
-Array = NDArray[Any]
 
 
 class Known(Protocol):

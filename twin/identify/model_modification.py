@@ -7,17 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.slipping import Slider
 from twin.rigs import Place
 from twin.structure import Structure
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)

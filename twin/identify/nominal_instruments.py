@@ -1,15 +1,12 @@
 """What a rig file says of its sensors' own responses: their high-passes, and how they sit on their mounts."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.model_modification import ModelModification
 from twin.rigs import Rig, Transducer
-
-Array = NDArray[Any]
 
 
 def high_pass(corner_Hz: float) -> Callable[[Array], Array]:

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
+from twin.arrays import Array
 from twin.identify.joint_law import LayerLaw, spline_basis
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import Opening
@@ -40,8 +41,6 @@ __all__ = [
     "loss_among_harmonics",
     "stiffness_sensitivity",
 ]
-
-Array = NDArray[Any]
 
 SAMPLES = 64
 """Of a period."""

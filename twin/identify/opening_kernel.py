@@ -6,16 +6,12 @@ has none.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.joint.elimination import COMPILED, eliminate, eliminate_columns
 
 __all__ = ["balance", "by_softening", "force_at", "growth"]
-
-Array = NDArray[Any]
 
 
 @COMPILED

@@ -4,16 +4,13 @@ How they are identified is :mod:`studies.force_levels`' matter.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.l_curve import LCurve
 from twin.identify.limits import LIMITS
 from twin.identify.linear_model import LinearParameters
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)

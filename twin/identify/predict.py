@@ -8,11 +8,11 @@ each A.  Its crossings of a given force are all the steady states at that force.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.forward_model import ForwardModel
 from twin.identify.held_response import HeldRig
 from twin.identify.joint_law import LayerLaw
@@ -23,8 +23,6 @@ from twin.identify.modal_prediction import ModalResponse
 from twin.rigs import LawTable, LayerLawTable, Rig
 from twin.structure.law_table import layer_table
 from twin.structure.point_law import Curve
-
-Array = NDArray[Any]
 
 GRID_POINTS = 240
 TURNS, HALVINGS = 30, 60

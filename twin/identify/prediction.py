@@ -1,11 +1,8 @@
 """What a model leaves of the data, and how that changes with its parameters."""
 
 from dataclasses import dataclass
-from typing import Any
 
-from numpy.typing import NDArray
-
-Array = NDArray[Any]
+from twin.arrays import Array
 
 
 @dataclass(frozen=True)

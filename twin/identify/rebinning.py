@@ -5,11 +5,10 @@ sensor elsewhere, bends the bins at the resonances and makes them look noisy.
 """
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
 from twin.identify.limits import LIMITS
@@ -17,8 +16,6 @@ from twin.identify.linear_fit import bin_broadband
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.residual_model import ResidualModel
-
-Array = NDArray[Any]
 
 
 def rebinned(evidence: MeasuredData, modification: ModelModification, baseline: BaselineParameters) -> MeasuredData:

@@ -7,11 +7,10 @@ on the logarithm of the response as there (equation 16), but of its complex valu
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.balance import Balance
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
@@ -27,8 +26,6 @@ from twin.identify.model_modification import ModelModification
 from twin.identify.opening_harmonics import balance_openings, stiffness_sensitivity
 from twin.identify.prediction import Prediction
 from twin.identify.whitening import HarmonicResiduals, Whitening
-
-Array = NDArray[Any]
 
 
 class ResidualModel(ForwardModel):

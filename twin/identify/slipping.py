@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.joint.elimination import COMPILED, eliminate
 
 __all__ = [
@@ -21,8 +21,6 @@ __all__ = [
     "slide",
     "slipping_harmonics",
 ]
-
-Array = NDArray[Any]
 
 RIPPLES = (3, 5, 7)
 """Harmonics of the slip that are balanced.  Without the third a slip force comes out wrong by several per cent."""

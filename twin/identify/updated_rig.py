@@ -4,22 +4,18 @@ A rig file has no place for loss factors and for frequency discrepancies.  The c
 law's loss; what the others do is a few hundredths of a per cent of the response.
 """
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from recordings.errors import InputError
 from recordings.numbers import LARGEST
+from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
 from twin.identify.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
 from twin.rigs import LayerLawTable, Rig
 from twin.structure import normal_modes
-
-Array = NDArray[Any]
 
 
 def updated_rig(evidence: MeasuredData, baseline: BaselineParameters, solution: Solution) -> Rig:

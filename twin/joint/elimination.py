@@ -1,11 +1,8 @@
 """Small dense systems inside compiled loops, where a call of LAPACK would cost more than the work."""
 
-from typing import Any
-
 import numba
-from numpy.typing import NDArray
 
-Array = NDArray[Any]
+from twin.arrays import Array
 
 COMPILED = numba.njit(cache=True, error_model="numpy", nogil=True)
 

@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.joint import steel_loss, steel_softening
 from twin.rigs import LawOfRig, LawTable, LayerLawTable, NamedLaws, PointLaw, Rig
 from twin.structure.assembly import assemble
@@ -17,8 +16,6 @@ from twin.structure.limits import LIMITS
 from twin.structure.mode_law import LayerModes
 from twin.structure.own_harmonics import with_own_harmonics
 from twin.structure.point_law import Curve
-
-Array = NDArray[Any]
 
 
 def layer_table(rig: Rig, *, E: float, G: float, joint: int = 0) -> LayerLawTable | None:

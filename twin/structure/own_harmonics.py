@@ -7,18 +7,14 @@ much; it is found by going round, as long as it helps: balance the harmonics at 
 correction is smooth whatever corners the functions have; were every knot corrected by itself, they would part.
 """
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from twin.arrays import Array
 from twin.joint import ForceTable, table_from_stiffness
 from twin.structure.limits import LIMITS
 from twin.structure.mode_law import LayerModes, mode_functions
 from twin.structure.point_law import Curve, LayerPointLaw
-
-Array = NDArray[Any]
 
 ORDERS = np.array([3, 5, 7])
 SAMPLES = 128

@@ -1,11 +1,10 @@
 """A force of simple terms between ground and one place of the structure: what is fitted where no cause explains."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.fitted_model import CauseHypothesis
 from twin.diagnose.limits import LIMITS
@@ -14,7 +13,6 @@ from twin.diagnose.places import place_at, position, single_point
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, NonlinearForce
 
-Array = NDArray[Any]
 Force = Callable[[Array, Array, Array], Array]
 
 POINTS = 96

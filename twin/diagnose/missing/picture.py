@@ -4,8 +4,8 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
@@ -18,8 +18,6 @@ from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,11 +1,10 @@
 """What a procedure would bring if a model were true: its prediction, with the noise that the recordings showed."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_noise import predicted_bins
@@ -17,8 +16,6 @@ from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import same_resonance
 from twin.identify.whitening import HarmonicResiduals
 from twin.procedures import Random, SteppedSine
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,10 @@ Each candidate place gets the noise that the response channels showed; the senso
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import PredictedData
@@ -21,8 +20,6 @@ from twin.identify.residual_model import ResidualModel
 from twin.rigs import BeamPart, Place
 
 __all__ = ["SensorPlace", "best_sensor_place"]
-
-Array = NDArray[Any]
 
 NEW = "new sensor"
 """Name of the channel that is predicted."""

@@ -2,11 +2,10 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.next_test.limits import LIMITS
 from twin.identify.limits import LIMITS as IDENTIFY
@@ -14,8 +13,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import by_resonance, same_resonance
 from twin.identify.structural_modification import update_receptance
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)

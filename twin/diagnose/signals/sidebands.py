@@ -6,17 +6,14 @@ there that keep their distance to the drive from step to step are evidence for s
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
+from twin.arrays import Array
 from twin.diagnose.signals.limits import LIMITS
 from twin.identify.sine_fit import Line
-
-Array = NDArray[Any]
 
 MOST_STEPS, LEAST_STEPS = 48, 8
 

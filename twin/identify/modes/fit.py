@@ -1,18 +1,15 @@
 """Modal parameters from frequency responses: chart, stable poles, maximum likelihood, and the modes that pay."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.modes.noise import noise_of_residual, noise_of_responses
 from twin.identify.modes.rational import ChartPole, pole_chart
 from twin.identify.modes.refinement import PoleFit, refine_poles
 from twin.identify.modes.stabilisation import StableGroup, stable_groups
-
-Array = NDArray[Any]
 
 HIGHEST_ORDER = 60
 LEAST_LINES = 20

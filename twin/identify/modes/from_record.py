@@ -5,17 +5,13 @@ decays at both ends are taken off with the poles found so far (:mod:`twin.identi
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twin.identify.broadband import BinnedResponse, bin_response, find_resonances
 from twin.identify.limits import LIMITS
 from twin.identify.modes.fit import ModalFit, fit_modes
 from twin.identify.spectrum import BroadbandRecord, h1
-
-Array = NDArray[Any]
 
 ROUNDS = 2
 

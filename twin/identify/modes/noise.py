@@ -1,14 +1,10 @@
 """The noise of frequency responses that came without one."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
-
-Array = NDArray[Any]
 
 PARTS = 30
 MEDIAN = float(np.log(2))

@@ -12,14 +12,11 @@ lowest coefficient held at one, poles that merely follow the noise come out unst
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,11 @@ and Pereyra; with Kaufman's Jacobian), so that only the poles are iterated.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
-
-Array = NDArray[Any]
 
 REMAINDERS = 3
 ITERATIONS, TOLERANCE = 40, 1e-9

@@ -7,11 +7,10 @@ beyond these modes is the model's.  So the frequencies do not hinge on a level o
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.broadband import BinnedResponse
 from twin.identify.gauss_newton import minimise
 from twin.identify.limits import LIMITS as IDENTIFY
@@ -20,8 +19,6 @@ from twin.identify.linear_model import LinearModel, LinearParameters
 from twin.identify.responses.limits import LIMITS
 
 __all__ = ["Followed", "follow"]
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from recordings.responses import FoundModes, Responses
+from twin.arrays import Array
 from twin.identify.estimate import Estimate
 from twin.identify.responses.limits import LIMITS
 from twin.identify.responses.parameters import parameters_of
@@ -27,8 +25,6 @@ from twin.identify.responses.updating import (
 from twin.rigs import BeamPart, Place, Rig
 
 __all__ = ["update_to_modes"]
-
-Array = NDArray[Any]
 Where = list[tuple[int, int, Place]]
 """Rows of a shape, axes in it, and the rig's places."""
 

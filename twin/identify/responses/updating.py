@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from recordings.responses import Responses
+from twin.arrays import Array
 from twin.identify.estimate import Estimate
 from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.measured_data import MeasuredData
@@ -27,8 +27,6 @@ from twin.structure import assemble, normal_modes, rigid_motions
 from twin.structure.modes import MOST_RIGID
 
 __all__ = ["FrequencyPair", "Updated", "UpdatedValue", "update_rig"]
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
