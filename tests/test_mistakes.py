@@ -32,13 +32,15 @@ GOOD = {
     "diagnose": ["cut.mcap", "--rig", "steel-lap-joint", "--out", "new"],
     "campaign": ["--out", "new", "--seeds", "1", "--cause", "none"],
     "reproduce": ["composite-beam"],
+    "cite": ["frequencies.csv"],
     "view": ["cut.mcap", "--save", "new.rrd"],
     "speed": [],
 }
 """Command lines that would be understood, in the folder of `folder`."""
 LONG = "x" * 5000
 READ = {
-    "files", "runs", "run", "loops", "source", "what", "instruments", "drive", "held_out", "mass", "stiffness", "nodes",
+    "files", "runs", "run", "results", "loops", "source", "what", "instruments", "drive", "held_out", "mass", "stiffness",
+    "nodes",
 }  # fmt: skip
 """Parameters that name files to be read."""
 NAMES = {"procedure", "procedure_name", "rig", "rig_name", "model"}
@@ -113,7 +115,7 @@ def test_no_mistake_shows_a_stack_trace_or_leaves_anything(
 ) -> None:
     before = sorted(folder.rglob("*"))
     tried = list(mistakes(name))
-    assert len(tried) >= (3 if name in ("faults", "reproduce", "speed") else 20)  # those take hardly anything
+    assert len(tried) >= (3 if name in ("faults", "reproduce", "speed", "cite") else 20)  # those take hardly anything
     for arguments in tried:
         shown_as = [argument[:40] for argument in arguments]
         with pytest.raises(SystemExit) as ended:

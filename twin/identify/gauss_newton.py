@@ -122,11 +122,10 @@ def minimise(
         free = not_held_back(x, gradient, lower, upper)
         block = np.ix_(free, free)
         small = tolerance * max(1.0, (chi2 + penalty) / max(1, len(residual)))
-        if gradient[free] @ _solved(A[block], gradient[free]) < small:
-            ended = "settled"
-            break
-        if len(history) > 1 and history[-2] - history[-1] < small:
-            ended = "stuck"
+        promised = float(gradient[free] @ _solved(A[block], gradient[free]))
+        gained_little = len(history) > 1 and history[-2] - history[-1] < small
+        if promised < LIMITS.gauss_newton_left * small or gained_little:
+            ended = "settled" if promised < small else "stuck"
             break
         accepted = False
         for _trial in range(LIMITS.gauss_newton_trials):

@@ -8,7 +8,7 @@ logarithm of amplitude, with s(0) = l(0) = 0: a law that saturates wants many or
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -55,12 +55,15 @@ class LayerLaw:
     opening_knots, slip_knots : ndarray, (n,), (m,)
         Amplitudes > 0, m.
     softening, loss : ndarray, (n,), (m,)
+    run_out : float
+        Logarithm of amplitude over which both level off beyond their last knots.
     """
 
     opening_knots: Array
     slip_knots: Array
     softening: Array
     loss: Array
+    run_out: float = LIMITS.run_out
 
     @staticmethod
     def zero(opening_knots: Array, slip_knots: Array) -> LayerLaw:
@@ -75,15 +78,23 @@ class LayerLaw:
     def with_vector(self, vector: Array) -> LayerLaw:
         """The law of the same knots with other values."""
         n = len(self.opening_knots)
-        return LayerLaw(self.opening_knots, self.slip_knots, vector[:n], vector[n:])
+        return replace(self, softening=vector[:n], loss=vector[n:])
+
+    def softening_with_slope(self, opening_m: Array) -> tuple[Array, Array]:
+        """Matrices (..., n) from :attr:`softening` to its values at openings (...), and to derivatives by their log."""
+        return spline_basis(self.opening_knots, opening_m, self.run_out)
+
+    def loss_with_slope(self, slip_m: Array) -> tuple[Array, Array]:
+        """The same of the loss, (..., m)."""
+        return spline_basis(self.slip_knots, slip_m, self.run_out)
 
     def softening_basis(self, opening_m: Array) -> Array:
         """Matrix (..., n) from :attr:`softening` to its values at openings (...)."""
-        return spline_basis(self.opening_knots, opening_m)[0]
+        return self.softening_with_slope(opening_m)[0]
 
     def loss_basis(self, slip_m: Array) -> Array:
         """Matrix (..., m) from :attr:`loss` to its values at slips (...)."""
-        return spline_basis(self.slip_knots, slip_m)[0]
+        return self.loss_with_slope(slip_m)[0]
 
     def softening_at(self, opening_m: Array) -> Array:
         """s, N/m2."""
@@ -99,15 +110,15 @@ def packed_laws(laws: Sequence[LayerLaw], joint: NDArray[np.int64]) -> tuple[Arr
 
     Four rows of coefficients, one of breaks; then the offset.
     """
-    softening = _packed([(law.opening_knots, law.softening) for law in laws])
-    return softening[joint], _packed([(law.slip_knots, law.loss) for law in laws])[joint]
+    softening = _packed([(law.opening_knots, law.softening, law.run_out) for law in laws])
+    return softening[joint], _packed([(law.slip_knots, law.loss, law.run_out) for law in laws])[joint]
 
 
-def _packed(curves: Sequence[tuple[Array, Array]]) -> Array:
+def _packed(curves: Sequence[tuple[Array, Array, float]]) -> Array:
     """Splines of :func:`spline_basis`; those of fewer knots than others end in intervals that nothing reaches."""
-    packed = np.zeros((len(curves), 6, 3 + max((len(knots) for knots, _ in curves), default=1)))
-    for spline, (knots, values) in zip(packed, curves, strict=True):
-        splines, _ = _splines(knots.tobytes())
+    packed = np.zeros((len(curves), 6, 3 + max((len(knots) for knots, *_ in curves), default=1)))
+    for spline, (knots, values, run_out) in zip(packed, curves, strict=True):
+        splines, _ = _splines(knots.tobytes(), run_out)
         pieces = len(splines.x) - 1
         spline[:4, :pieces], spline[4] = splines.c @ values, np.inf
         spline[4, : pieces + 1] = splines.x
@@ -115,27 +126,26 @@ def _packed(curves: Sequence[tuple[Array, Array]]) -> Array:
     return packed
 
 
-def spline_basis(knots: Array, amplitude_m: Array) -> tuple[Array, Array]:
+def spline_basis(knots: Array, amplitude_m: Array, run_out: float = LIMITS.run_out) -> tuple[Array, Array]:
     """Splines that are one at one knot each, level off beyond the last, and their derivatives by log amplitude.
 
     Returns
     -------
     ndarray, ndarray, (..., n)
     """
-    splines, slopes = _splines(knots.tobytes())
+    splines, slopes = _splines(knots.tobytes(), run_out)
     x, offset = np.asarray(amplitude_m, float), knots[0] / 2
     u = np.log(x + offset)
     return np.asarray(splines(u)), np.asarray(slopes(u) * (x / (x + offset))[..., None])
 
 
 @lru_cache(maxsize=64)
-def _splines(knots: bytes) -> tuple[PPoly, PPoly]:
+def _splines(knots: bytes, run_out: float) -> tuple[PPoly, PPoly]:
     x = np.frombuffer(knots)
     u = np.log(np.concatenate([[0.0], x]) + x[0] / 2)
     inside = CubicSpline(u, np.vstack([np.zeros(len(x)), np.eye(len(x))]), bc_type="natural")
     value, slope = inside(u[-1]), inside(u[-1], 1)
     none = np.zeros_like(value)
-    run_out = LIMITS.run_out
     beyond = [[none, -slope / (2 * run_out), slope, value], [none, none, none, value + slope * run_out / 2]]
     coefficients = np.concatenate([inside.c, np.swapaxes(beyond, 0, 1)], axis=1)
     splines = PPoly(coefficients, np.append(u, u[-1] + [run_out, LIMITS.never]))

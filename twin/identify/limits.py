@@ -75,6 +75,8 @@ class Limits:
     step."""
     gauss_newton_trials: int = 10
     """Dampings tried in one iteration, each eight times the last."""
+    gauss_newton_left: float = 0.1
+    """Of the tolerance, what an undamped step may still promise where no further one is tried."""
     gauss_newton_same: float = 0.01
     """Relative difference of costs that new weights alone make."""
     # harmonics.py
@@ -188,6 +190,8 @@ class Limits:
     # predict.py
     law_knots: int = 80
     """Of the splines that stand for a rig file's piecewise cubic functions."""
+    corner: float = 1e-9
+    """Logarithm of amplitude over which they level off: beyond its last knot a file's law is constant."""
     least_knot: float = 1e-3
     """First of them over the last, where the file begins with zero."""
     predict_smallest: float = 1e-4

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from twin.arrays import Array
 from twin.identify.balance import Added, Balance, log_amplitudes
 from twin.identify.balance_kernel import settle, turn
-from twin.identify.joint_law import LayerLaw, packed_laws, spline_basis
+from twin.identify.joint_law import LayerLaw, packed_laws
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import NoiseMotion, NonlinearForce
 from twin.identify.slipping import RIPPLES, Slider, common_spring
@@ -156,8 +156,8 @@ class LocalForces:
         k, growth = np.zeros((2, len(amplitude), 2 * p), complex)
         for number, law in enumerate(laws):
             opening, slip = self.of_joint(number), p + self.of_joint(number)
-            by_opening, open_slope = spline_basis(law.opening_knots, amplitude[:, opening])
-            by_slip, slip_slope = spline_basis(law.slip_knots, amplitude[:, slip])
+            by_opening, open_slope = law.softening_with_slope(amplitude[:, opening])
+            by_slip, slip_slope = law.loss_with_slope(amplitude[:, slip])
             k[:, opening], k[:, slip] = -(by_opening @ law.softening), 1j * (by_slip @ law.loss)
             growth[:, opening], growth[:, slip] = -(open_slope @ law.softening), 1j * (slip_slope @ law.loss)
         k, growth = k * self.weights, growth * self.weights

@@ -286,7 +286,7 @@ def stiffness_sensitivity(
     out = []
     for joint, law in enumerate(laws):
         own = np.flatnonzero(openings.joint == joint)
-        held = _abel(law.opening_knots.tobytes()), gap[own, 0], openings.weight[:, own]
+        held = _abel(law.opening_knots.tobytes(), law.run_out), gap[own, 0], openings.weight[:, own]
         by_law = _taken_off(around[:, own], share[:, own], np.vstack([back_from, first.real, first.imag]), *held)
         alone_too = _taken_off(alone[:, own], 0 * alone[:, own], np.vstack([first.real, first.imag]), *held)
         at_first, by_law = by_law[:, :, two:] - alone_too, by_law[:, :, :two]
@@ -340,14 +340,14 @@ def _odd_force(law: LayerLaw, modulus: float) -> tuple[Array, Array, Array]:
     The inverse of f -> N(a) = 2 / (pi a) int_0^pi f(a cos t) cos t dt is Abel's; with u = sin t it reads
     f(x) = x / 2 int_0^(pi/2) (3 sin^3 t N(x sin t) + x sin^4 t N'(x sin t)) dt.
     """
-    x, _, slopes = _abel(law.opening_knots.tobytes())
+    x, _, slopes = _abel(law.opening_knots.tobytes(), law.run_out)
     slope = np.maximum(modulus - slopes @ law.softening, LIMITS.least_tangent * modulus)
     # The integral of a slope that is straight between the grid's points, as the kernel has it.
     return x, cumulative_trapezoid(slope, x, initial=0.0), slope
 
 
 @lru_cache(maxsize=16)
-def _abel(knots: bytes) -> tuple[Array, Array, Array]:
+def _abel(knots: bytes, run_out: float) -> tuple[Array, Array, Array]:
     """A grid of openings (g,), and matrices (g, n) from a softening at the knots to the force it takes off there.
 
     The second one is that force's slope, of which the first is the integral as of one that is straight between points.
@@ -356,7 +356,7 @@ def _abel(knots: bytes) -> tuple[Array, Array, Array]:
     last = at[-1]
     x = np.linspace(0.0, 1.5 * last, GRID)
     sine = np.sin((NODES + 1) * np.pi / 4)
-    B, by_log = spline_basis(at, x[:, None] * sine)
+    B, by_log = spline_basis(at, x[:, None] * sine, run_out)
     # x sin N' is the derivative by the logarithm
     matrix = np.einsum("t,gtn->gn", WEIGHTS * np.pi / 4 * sine**3, 3 * B + by_log) * (x / 2)[:, None]
     bend = np.diff(np.eye(matrix.shape[1]), 2, axis=0)

@@ -94,8 +94,9 @@ class _Law:
         stds = (Curve(x, np.array(s or np.zeros(len(x)))) for x, s in ((o, table.softening_std), (q, table.loss_std)))
         knots = [np.geomspace(max(x[0], LIMITS.least_knot * x[-1]), x[-1], LIMITS.law_knots) for x in (o, q)]
         rest = (float(softening.values[0]), float(loss.values[0]))
-        values = (curve(x) - zero for curve, x, zero in zip((softening, loss), knots, rest, strict=True))
-        return _Law(LayerLaw(*knots, *values), rest, softening, loss, *stds)
+        off, lost = (curve(x) - zero for curve, x, zero in zip((softening, loss), knots, rest, strict=True))
+        spline = LayerLaw(knots[0], knots[1], off, lost, LIMITS.corner)
+        return _Law(spline, rest, softening, loss, *stds)
 
     def errors(self, opening: Array, slip: Array) -> tuple[Array, Array, Array]:
         """Standard deviations (s, p) of the moduli at openings and at slips (s, p); farthest over the law's last (s,).
