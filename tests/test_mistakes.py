@@ -39,8 +39,8 @@ GOOD = {
 """Command lines that would be understood, in the folder of `folder`."""
 LONG = "x" * 5000
 READ = {
-    "files", "runs", "run", "results", "loops", "source", "what", "instruments", "drive", "held_out", "mass", "stiffness",
-    "nodes",
+    "files", "runs", "run", "results", "loops", "source", "what", "instruments", "drive", "held_out", "mass",
+    "stiffness", "nodes",
 }  # fmt: skip
 """Parameters that name files to be read."""
 NAMES = {"procedure", "procedure_name", "rig", "rig_name", "model"}
