@@ -73,10 +73,6 @@ class FittedModel:
         """The causes' names, two at once as ``a + b``; ``none`` without any."""
         return " + ".join(hypothesis.cause.name for hypothesis in self.hypotheses) or "none"
 
-    def is_exact(self, sound: ErrorModel) -> bool:
-        """Whether it is a minimum, and errs no more than models of sound rigs do."""
-        return self.solution.settled and self.errors.as_small_as(sound)
-
     @property
     def chi2_per_dof(self) -> float:
         """Of all evidence."""

@@ -195,7 +195,8 @@ def _reduced_anew(
 def _fitted_rivals(race: Race, model: FittedModel, scores: Sequence[Score], report: Report) -> tuple[FittedModel, ...]:
     """The models with one more cause, of those that the scores promise, the most probable first.
 
-    Where none of them has settled and is as exact as sound rigs' models are, fits begin from elsewhere, too.
+    Where none of them is as exact as sound rigs' models are, or the likeliest has not settled, fits begin from
+    elsewhere, too.
     """
     evidence, effort = race.evidence, race.effort
     fits: list[FittedModel] = []
@@ -208,12 +209,14 @@ def _fitted_rivals(race: Race, model: FittedModel, scores: Sequence[Score], repo
     for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, imitated)):
         fits += _begun_and_raced(race, model, begin, rivals, report)
     sound = sound_errors(evidence)
-    if not any(fit.is_exact(sound) for fit in fits):
-        # The law imitates at first what goes by the amplitude, and then leads a fit astray.
-        by_amplitude = [rival for rival in beside if _goes_by_amplitude(evidence, rival)]
-        fits += _begun_and_raced(race, model, _beside_no_law, by_amplitude, report)
+    # The law imitates at first what goes by the amplitude, and then leads its fit astray.
+    again = [rival for rival in beside if _goes_by_amplitude(evidence, rival)]
     if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (model,)))):
-        fits += _begun_and_raced(race, model, _beside_no_law, _elsewhere(evidence, scores, promising, effort), report)
+        again += _elsewhere(evidence, scores, promising, effort)
+    elif fits:
+        unsettled = {fit.hypotheses[-1].key for fit in [_likeliest(fits)] if not fit.solution.settled}
+        again = [rival for rival in again if rival.key in unsettled]
+    fits += _begun_and_raced(race, model, _beside_no_law, again, report)
     if fits and threshold_of(evidence, _likeliest(fits)):
         fits += race.with_best_threshold()
     if fits and not (leading := _likeliest(fits)).errors.as_small_as(sound) and not time_is_up():

@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import fit_base
-from twin.identify.error_model import SOUND
-from twin.identify.gauss_newton import Solution
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.measured_data import gather_data
 from twin.identify.residual_model import ResidualModel
@@ -31,16 +29,6 @@ def test_blames_add_up_to_one_extension():
         assert whole.frequency_factor == pytest.approx(1.0002)
     assert gain.key == "channel-gain acc1"
     assert clock.key == "sample-clock"
-
-
-def test_a_model_is_exact_where_its_fit_has_settled_with_a_sound_rigs_errors():
-    """One that ran out of iterations may have small errors far from its minimum: a law takes in what a slap does."""
-    nothing = np.zeros(0)
-    solution = Solution(nothing, 0.0, 0.0, np.zeros((0, 0)), nothing, np.zeros((0, 0)), (0.0,))
-    model = FittedModel((), None, SOUND, solution, 0.0, 1)
-    assert model.is_exact(SOUND)
-    assert not replace(model, solution=replace(solution, ended="out of iterations")).is_exact(SOUND)
-    assert not replace(model, errors=SOUND.with_value("steps", "stiffness", 1e-4)).is_exact(SOUND)
 
 
 @pytest.fixture(scope="module")
