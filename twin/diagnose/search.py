@@ -195,7 +195,7 @@ def _reduced_anew(
 def _fitted_rivals(race: Race, model: FittedModel, scores: Sequence[Score], report: Report) -> tuple[FittedModel, ...]:
     """The models with one more cause, of those that the scores promise, the most probable first.
 
-    Where none of them is as exact as sound rigs' models are, or the likeliest has not settled, fits begin from
+    Where none of them is as exact as sound rigs' models are, or the likeliest ran out of iterations, fits begin
     elsewhere, too.
     """
     evidence, effort = race.evidence, race.effort
@@ -214,7 +214,7 @@ def _fitted_rivals(race: Race, model: FittedModel, scores: Sequence[Score], repo
     if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (model,)))):
         again += _elsewhere(evidence, scores, promising, effort)
     elif fits:
-        unsettled = {fit.hypotheses[-1].key for fit in [_likeliest(fits)] if not fit.solution.settled}
+        unsettled = {fit.hypotheses[-1].key for fit in [_likeliest(fits)] if fit.solution.ended == "out of iterations"}
         again = [rival for rival in again if rival.key in unsettled]
     fits += _begun_and_raced(race, model, _beside_no_law, again, report)
     if fits and threshold_of(evidence, _likeliest(fits)):
