@@ -124,8 +124,9 @@ def minimise(
         small = tolerance * max(1.0, (chi2 + penalty) / max(1, len(residual)))
         promised = float(gradient[free] @ _solved(A[block], gradient[free]))
         gained_little = len(history) > 1 and history[-2] - history[-1] < small
+        here: Ending = "settled" if promised < small else "stuck"
         if promised < LIMITS.gauss_newton_left * small or gained_little:
-            ended = "settled" if promised < small else "stuck"
+            ended = here
             break
         accepted = False
         for _trial in range(LIMITS.gauss_newton_trials):
@@ -152,7 +153,7 @@ def minimise(
             damping *= 8.0
             bends = True
         if not accepted:
-            ended = "stuck"
+            ended = here
             break
         x, residual, J, chi2, penalty = trial, r, Jr, c, p
         damping = max(damping / 8.0, 1e-14)
