@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -136,7 +136,6 @@ class FitProblem:
             if not (frozen or p.is_known or (i == len(hypotheses) - 1 and p.name == held))
         ]
         self.count = len(start.vector)
-        self.scales = np.array([p.scale for _, p in self.slots])
         self.x0 = np.concatenate([start.vector, [hypotheses[i].values[p.name] / p.scale for i, p in self.slots]])
         self.blocks: tuple[tuple[str, slice], ...] = ()
         self._held: Linearisation | None = None
@@ -202,15 +201,13 @@ class FitProblem:
     def residual_model(self, x: Array) -> ResidualModel | FrequencyModel:
         """The model with its causes at their values, and with what is held."""
         held = self._held and self._held.moved(x[self.count :] - self._weighed_at[self.count :])
-        return self._model(x, held)
-
-    def _model(self, x: Array, held: Linearisation | None = None) -> ResidualModel | FrequencyModel:
         modification = modification_of(self.evidence, self.hypotheses(x))
         return residual_model(self.evidence, modification, self.harmonics, errors=self.errors, held=held)
 
     def weigh(self, x: Array) -> None:
         """From now on hold what a fit holds that begins here."""
-        self._held, self._weighed_at = self._model(x).linearisation(self.baseline(x)), x
+        self._held, self._weighed_at = None, x
+        self._held = self.residual_model(x).linearisation(self.baseline(x))
         if self.slots and self._held.balance is not None:
             self._held = replace(self._held, by_causes=self._added_by_causes(x))
 
@@ -225,21 +222,19 @@ class FitProblem:
             assert isinstance(model, ResidualModel)
             return model.added_beyond(self.held, self.baseline(x))
 
-        here, columns = beyond(x), []
-        for number, step in enumerate(self._steps(x, LIMITS.harmonics_step), self.count):
-            moved = x.copy()
-            moved[number] += step
-            columns.append((beyond(moved) - here) / step)
+        here = beyond(x)
+        columns = [(beyond(moved) - here) / step for moved, step in self._beside(x, LIMITS.harmonics_step)]
         return np.stack(columns, axis=2)
 
-    def _steps(self, x: Array, coarse: float = 0.0) -> list[float]:
-        """Steps (k,) of the difference quotients in the causes' parameters, inside their limits."""
-        steps = []
-        for k, (i, p) in enumerate(self.slots):
-            value = x[self.count + k] * p.scale
+    def _beside(self, x: Array, coarse: float = 0.0) -> Iterator[tuple[Array, float]]:
+        """For each of the causes' parameters the vector with it moved, inside its limits, and by how much."""
+        for number, (i, p) in enumerate(self.slots, self.count):
+            value = x[number] * p.scale
             step = difference_step(p, value, remakes=self._remakes[i], coarse=coarse)
-            steps.append((-step if value + step > p.upper else step) / p.scale)
-        return steps
+            step = (-step if value + step > p.upper else step) / p.scale
+            moved = x.copy()
+            moved[number] += step
+            yield moved, step
 
     @property
     def held(self) -> Linearisation:
@@ -255,12 +250,8 @@ class FitProblem:
         """The whitened residual and its sensitivities to all parameters."""
         here = self.predict(x, sensitivities=True)
         r, self.blocks = here.residual, here.blocks
-        columns = np.zeros((len(r), len(self.slots)))
-        for k, step in enumerate(self._steps(x)):
-            moved = x.copy()
-            moved[self.count + k] += step
-            columns[:, k] = (r - self.predict(moved).residual) / step
-        return r, np.hstack([here.jacobian, columns])
+        columns = [(r - self.predict(moved).residual) / step for moved, step in self._beside(x)]
+        return r, np.column_stack([here.jacobian, *columns])
 
 
 def fit_model(

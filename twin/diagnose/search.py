@@ -214,8 +214,9 @@ def _fitted_rivals(race: Race, model: FittedModel, scores: Sequence[Score], repo
     if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (model,)))):
         again += _elsewhere(evidence, scores, promising, effort)
     elif fits:
-        unsettled = {fit.hypotheses[-1].key for fit in [_likeliest(fits)] if fit.solution.ended == "out of iterations"}
-        again = [rival for rival in again if rival.key in unsettled]
+        leading = _likeliest(fits)
+        ran_out = leading.solution.ended == "out of iterations"
+        again = [rival for rival in again if ran_out and rival.key == leading.hypotheses[-1].key]
     fits += _begun_and_raced(race, model, _beside_no_law, again, report)
     if fits and threshold_of(evidence, _likeliest(fits)):
         fits += race.with_best_threshold()

@@ -248,15 +248,11 @@ class ResidualModel(ForwardModel):
         for joint, by in enumerate(by_softening):
             by_unknowns[:, :, baseline.softening(joint)] = by
             if self.modification.opening:  # lost contact takes off E' itself
-                stiffer = (
-                    np.where(np.arange(len(openings.modulus)) == joint, 1 + LIMITS.local_difference, 1.0)
-                    * openings.modulus
-                )
-                changed = replace(openings, modulus=stiffer)
-                more = balance_openings(baseline.laws, changed, self.slaps, start=harmonics.motion).more
-                by_unknowns[:, :, baseline.blocks["log_E"].start + joint] += (
-                    more - harmonics.more
-                ) / LIMITS.local_difference
+                change = LIMITS.local_difference * (np.arange(len(openings.modulus)) == joint)
+                stiffer = replace(openings, modulus=openings.modulus * (1 + change))
+                more = balance_openings(baseline.laws, stiffer, self.slaps, start=harmonics.motion).more
+                by_E = (more - harmonics.more) / LIMITS.local_difference
+                by_unknowns[:, :, baseline.blocks["log_E"].start + joint] += by_E
         lost = LostContact(openings, harmonics, self._read_of_openings(around)) if self.modification.opening else None
         return by_unknowns, lost
 
