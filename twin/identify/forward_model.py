@@ -247,9 +247,9 @@ class ForwardModel(LinearForwardModel):
     ) -> AtHarmonic:
         """Receptances at a multiple of the drive frequency, with the law's secant stiffness; drive force (s,); omega.
 
-        Where a harmonic of the force was not measured, the shaker of the rig file is there in its place.  Even ones
-        move the openings too little to be taken into account: what lost contact does is many times that.  `free` is
-        the same without law and shaker, where it is known.
+        Where a harmonic of the force was not measured, the shaker is there in its place.  Even ones move the openings
+        too little to be taken into account: what lost contact does is many times that.  `free` is the same without law
+        and shaker, where it is known.
         """
         steps = self.evidence.steps
         R, omega = free or self._free_at_harmonic(h, baseline, inner=inner)
@@ -258,10 +258,38 @@ class ForwardModel(LinearForwardModel):
         if 0 < h <= steps.force.shape[1]:
             known = np.isfinite(steps.force_variance[:, h - 1])
             force = np.where(known, steps.force[:, h - 1], 0.0)
-            stiffness = np.array([drive_stiffness(shaker, omega) for shaker in self.evidence.shakers])
-            shaker = np.where(known, 0.0, stiffness[steps.drive, np.arange(len(steps))])
+            shaker = np.where(known, 0.0, self._held_by_shaker(h, R, omega, balance))
             R = update_receptance(R, np.array([self.model.ports.drive]), shaker[:, None])
         return R, force * (h % 2), omega
+
+    def _held_by_shaker(self, h: int, R: Array, omega: Array, balance: Balance) -> Array:
+        """Dynamic stiffness (s,) that the shaker opposes to a harmonic of the motion, N/m.
+
+        The rig file's is a guess, as good as its own size; the force over the reference channel's response says it
+        better where that stands out of the noise.  The joint's softening moves both: its share is what makes the
+        response beside the force.
+        """
+        steps, reference, p = self.evidence.steps, self.evidence.reference, len(self.points)
+        drive = self.model.ports.drive
+        each = np.array([drive_stiffness(shaker, omega) for shaker in self.evidence.shakers])
+        guess = each[steps.drive, np.arange(len(steps))]
+        ratio, error = steps.force_ratio[:, h - 1], steps.force_ratio_std[:, h - 1]
+        measured = np.isfinite(error) & np.any(self._secant(balance)[:, :p], axis=1)
+        if not measured.any():
+            return guess
+        at, outputs = self.moving[:p], self.model.ports.outputs
+        softening = self._secant(balance)[:, :p].real * balance.motion[:, :p]
+        to_outputs = R[:, outputs]
+        both = np.concatenate([to_outputs[:, :, at] @ softening[:, :, None], to_outputs[:, :, [drive]]], axis=2)
+        read = self.measured_change(both, omega)[:, reference]
+        at_drive = np.einsum("sp,sp->s", R[:, drive, at], softening)
+        # Of a unit of response, what the softening does; then the motion that goes with it at the drive.
+        amount = (1 - read[:, 1] * ratio) / read[:, 0]
+        found = -ratio / (amount * at_drive + R[:, drive, drive] * ratio)
+        found = np.where(measured, found, 0.0)
+        variance = np.abs(found * np.where(measured, error, 0.0)) ** 2
+        weight = np.where(measured, np.abs(guess) ** 2 / np.maximum(variance, 1e-300), 0.0)
+        return np.asarray((guess + weight * found) / (1 + weight))
 
     @property
     def nonlinear_ports(self) -> slice:

@@ -46,7 +46,8 @@ class StepArrays:
     `amplitude_m` is the displacement amplitude at the reference channel; `growth` is the rate, 1/s, at which that
     channel's complex fundamental still changed within each measurement, over itself, and `growth_std` the standard
     deviation of its real and of its imaginary part.  `drive` is the number of the rig's drive, that of the first if
-    left out.
+    left out.  `force_ratio` (s, h) is the force over the reference channel's response, and `force_ratio_std` its
+    relative error: both are there for harmonics whose sizes an anti-aliasing filter leaves unknown, too.
     """
 
     omega: Array
@@ -60,10 +61,15 @@ class StepArrays:
     growth_std: Array
     states: tuple[SteadyState, ...]
     drive: Array = field(default_factory=lambda: np.zeros(0, int))
+    force_ratio: Array = field(default_factory=lambda: np.zeros((0, 0), complex))
+    force_ratio_std: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
         if not len(self.drive):
             object.__setattr__(self, "drive", np.zeros(len(self.omega), int))
+        if not len(self.force_ratio):
+            object.__setattr__(self, "force_ratio", np.zeros_like(self.force))
+            object.__setattr__(self, "force_ratio_std", np.full(self.force.shape, np.inf))
 
     def __len__(self) -> int:
         return len(self.omega)
@@ -91,6 +97,8 @@ class StepArrays:
             self.growth_std[keep],
             picked,
             self.drive[keep],
+            self.force_ratio[keep],
+            self.force_ratio_std[keep],
         )
 
 
@@ -378,4 +386,11 @@ def _arrays(states: list[SteadyState], force: str, outputs: tuple[Output, ...], 
     growth = np.array([state.drift[channel] / state.duration_s for state in states], complex)
     growth = growth - 1j * omega * _clock_error(states, force)
     growth_std = np.array([state.drift_std[channel] / state.duration_s for state in states])
-    return StepArrays(omega, F, F_var, A, A_var, amplitude, time, growth, growth_std, tuple(states))
+    ratio, ratio_std = (
+        np.array([harmonics(s.ratio(force, channel)[part], fill) for s in states]).reshape(len(states), HARMONICS)
+        for part, fill in ((0, 0.0), (1, np.inf))
+    )
+    return StepArrays(
+        omega, F, F_var, A, A_var, amplitude, time, growth, growth_std, tuple(states),
+        force_ratio=ratio, force_ratio_std=ratio_std,
+    )  # fmt: skip

@@ -7,7 +7,7 @@ The noise is estimated, not assumed: its power beside each harmonic is read off 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ from recordings.sweeps import Stretch, sweeps
 from twin.identify.limits import LIMITS
 
 MOST_HARMONICS = 40
+Harmonics = tuple[NDArray[np.complex128], NDArray[np.float64]]
+"""Complex amplitudes, and E|error|^2 of each."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,9 @@ class SteadyState:
         Complex harmonics 1 ... H of each channel, in its unit, up to what an anti-aliasing filter passes.
     variance : dict of ndarray
         E|error of Z_h|^2 of each channel's harmonics.
+    up_to_nyquist : dict of dict of (ndarray, ndarray)
+        By device and channel, the same two of all harmonics up to the Nyquist frequency: above what the filter passes
+        sizes mean nothing, but one device's filters are alike, and so ratios of its channels do.
     drift : dict of complex
         Change of the fundamental over the stretch, relative to it.
     drift_std : dict of float
@@ -73,11 +78,21 @@ class SteadyState:
     lost: int
     overloaded: int
     duration_s: float
+    up_to_nyquist: dict[str, dict[str, Harmonics]] = field(default_factory=dict)
 
     @property
     def omega(self) -> float:
         """Drive frequency in rad/s."""
         return 2 * np.pi * self.frequency_Hz
+
+    def ratio(self, one: str, other: str) -> Harmonics:
+        """Harmonics of one channel over those of another, and their relative errors; none if two devices have them."""
+        for measured in self.up_to_nyquist.values():
+            if one in measured and other in measured:
+                (A, A_variance), (B, B_variance) = measured[one], measured[other]
+                A, B = (np.where(Z == 0, np.finfo(float).tiny, Z) for Z in (A, B))
+                return A / B, np.sqrt(A_variance / np.abs(A) ** 2 + B_variance / np.abs(B) ** 2)
+        return np.zeros(0, complex), np.zeros(0)
 
     def change(self, channel: str, *, force: str) -> complex:
         """Relative change of a channel's fundamental over the stretch, without the force's own turn of phase.
@@ -126,6 +141,7 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int, lines: Map
     step = stretch.step
     omega = 2 * np.pi * step.frequency_Hz
     amplitude, variance, drift, drift_std = {}, {}, {}, {}
+    up_to_nyquist: dict[str, dict[str, Harmonics]] = {}
     shapes: dict[tuple[str, int, int, bytes, Line | None], _Shapes] = {}
     lost = overloaded = 0
     for name in names:
@@ -151,6 +167,7 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int, lines: Map
         fit = _fit_channel(shapes[key], samples[sound], omega)
         passed = max(1, int(LIMITS.sine_fit_passed * device.sample_rate_Hz / step.frequency_Hz))
         amplitude[name], variance[name] = fit[0][:passed], fit[1][:passed]
+        up_to_nyquist.setdefault(device.device, {})[name] = fit[:2]
         drift[name], drift_std[name] = fit[2:]
     return SteadyState(
         run=run.path,
@@ -168,6 +185,7 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int, lines: Map
         lost=lost,
         overloaded=overloaded,
         duration_s=(stretch.stop_ns - stretch.start_ns) * 1e-9,
+        up_to_nyquist=up_to_nyquist,
     )
 
 

@@ -1,5 +1,7 @@
 """Harmonics of measured steps and their stated covariance, against signals whose harmonics and noise are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -199,3 +201,20 @@ def test_hum_on_a_harmonic_is_that_ones_noise():
     assert state.variance["a"][1] > 0.02**2
     assert np.all(np.mean(pulls, axis=0) < 1.2)
     assert np.mean(pulls, axis=0)[1] > 0.8
+
+
+def test_two_channels_behind_one_filter_keep_the_ratio_of_harmonics_it_does_not_pass():
+    """All of one device; what two devices' filters leave of a harmonic are two numbers."""
+    low = 6.5 * FREQUENCY  # its fourth of 6.5 lines lies beyond what the filter passes
+    seconds = 26.0 / FREQUENCY
+    t = np.arange(int((START + seconds + 0.1) * low)) / low
+    values = {"a": sine(t), "b": sine(t, 3.0 * HARMONICS)}
+    run = recorded({"a": (values["a"], low, 0.0), "b": (values["b"], low, 0.0)}, seconds)
+    assert len(steady_states(run)[0].ratio("b", "a")[0]) == 0
+    device = replace(run.devices["a"], values={n: np.asarray(v, np.float32) for n, v in values.items()})
+    channels = {n: replace(channel, device="a") for n, channel in run.channels.items()}
+    (state,) = steady_states(replace(run, channels=channels, devices={"a": device}))
+    ratio, error = state.ratio("b", "a")
+    assert len(state.amplitude["a"]) == 2
+    np.testing.assert_allclose(ratio[:3], 3.0, rtol=1e-4)
+    assert np.all((error[:3] > 0) & (error[:3] < 1e-3))
