@@ -274,7 +274,7 @@ class ForwardModel(LinearForwardModel):
         each = np.array([drive_stiffness(shaker, omega) for shaker in self.evidence.shakers])
         guess = each[steps.drive, np.arange(len(steps))]
         ratio, error = steps.force_ratio[:, h - 1], steps.force_ratio_std[:, h - 1]
-        measured = np.isfinite(error) & np.any(self._secant(balance)[:, :p], axis=1)
+        measured = np.isfinite(error)
         if not measured.any():
             return guess
         at, outputs = self.moving[:p], self.model.ports.outputs
@@ -283,12 +283,12 @@ class ForwardModel(LinearForwardModel):
         both = np.concatenate([to_outputs[:, :, at] @ softening[:, :, None], to_outputs[:, :, [drive]]], axis=2)
         read = self.measured_change(both, omega)[:, reference]
         at_drive = np.einsum("sp,sp->s", R[:, drive, at], softening)
-        # Of a unit of response, what the softening does; then the motion that goes with it at the drive.
-        amount = (1 - read[:, 1] * ratio) / read[:, 0]
-        found = -ratio / (amount * at_drive + R[:, drive, drive] * ratio)
-        found = np.where(measured, found, 0.0)
+        # The drive's motion beside the force, where so much softening makes a unit of response.
+        motion = (1 - read[:, 1] * ratio) * at_drive + R[:, drive, drive] * ratio * read[:, 0]
+        measured &= motion != 0
+        found = np.where(measured, -ratio * read[:, 0] / np.where(measured, motion, 1.0), 0.0)
         variance = np.abs(found * np.where(measured, error, 0.0)) ** 2
-        weight = np.where(measured, np.abs(guess) ** 2 / np.maximum(variance, 1e-300), 0.0)
+        weight = np.where(measured, np.abs(guess) ** 2 / np.maximum(variance, 1e-200), 0.0)
         return np.asarray((guess + weight * found) / (1 + weight))
 
     @property

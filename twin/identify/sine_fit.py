@@ -90,7 +90,7 @@ class SteadyState:
         for measured in self.up_to_nyquist.values():
             if one in measured and other in measured:
                 (A, A_variance), (B, B_variance) = measured[one], measured[other]
-                A, B = (np.where(Z == 0, np.finfo(float).tiny, Z) for Z in (A, B))
+                A, B = (np.where(Z == 0, 1e-60, Z) for Z in (A, B))
                 return A / B, np.sqrt(A_variance / np.abs(A) ** 2 + B_variance / np.abs(B) ** 2)
         return np.zeros(0, complex), np.zeros(0)
 
