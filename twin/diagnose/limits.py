@@ -54,6 +54,8 @@ class Limits:
     # score_test.py
     score_test_felt: float = 0.3
     """Least size of a direction of the tolerances, in standard deviations of the data."""
+    score_test_towards_middle: float = 0.5
+    """Standard deviation of where an element's opening counts, from its mean (0) to its middle (1)."""
     # search.py
     search_follows: float = 3e-4
     """Error of stiffness up to which a model follows the data: beyond, a resonance is a good part of its width away."""

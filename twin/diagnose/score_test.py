@@ -35,6 +35,9 @@ from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Score", "score_causes"]
 
+SMALL = 1e-3
+"""Share of a tolerance over which its difference is taken."""
+
 
 @dataclass(frozen=True)
 class Score:
@@ -97,6 +100,7 @@ def score_causes(
     found = parallel_map(_signatures_of, common, [(cause,) for cause in causes.values()])
     signatures = [signature for each in found for signature in each]
     tolerated = [signature.tolerated for signature in signatures if signature.strengths]
+    tolerated += _of_openings(evidence, harmonics, model, held, prediction)
     columns = _principal(np.column_stack(tolerated)) if tolerated else np.zeros((len(prediction.residual), 0))
     tolerances = Tolerances.of(columns, prediction.blocks, held)
     columns = tolerances.whitened(prediction.blocks, held)
@@ -113,6 +117,27 @@ def score_causes(
     outside = _Outside(J[:, free], cho_factor(J[:, free].T @ J[:, free]))
     scores = [_score(signature, r, len(prediction.residual), outside) for signature in signatures]
     return sorted(scores, key=lambda score: -score.log_bayes), tolerances
+
+
+def _of_openings(
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    model: FittedModel,
+    held: Linearisation,
+    prediction: Prediction,
+) -> list[Array]:
+    """Columns (r, 1) of another opening in place of the mean of each joint's layer elements, by which its law goes.
+
+    One mode's law takes that in, and with it two modes' laws differ.
+    """
+    without, found = modification_of(evidence, model.hypotheses), []
+    for joint, law in zip(evidence.rig.joints, model.baseline.laws, strict=False):
+        if np.any(law.softening):
+            little = ModelModification(towards_middle={joint.name: LIMITS.score_test_towards_middle * SMALL})
+            moved = residual_model(evidence, without.merged(little), harmonics, held=held)
+            left = moved.evaluate(model.baseline, sensitivities=False).residual
+            found.append((prediction.residual - left)[:, None] / SMALL)
+    return found
 
 
 def _principal(columns: Array) -> Array:

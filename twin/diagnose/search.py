@@ -126,7 +126,7 @@ def search_causes(
         rivals: tuple[FittedModel, ...] = ()
         if len(model.hypotheses) < most:
             race = Race(evidence, harmonics, tolerances, effort)
-            rivals = _fitted_rivals(race, start_of_rivals, scores, report)
+            rivals = _fitted_rivals(race, start_of_rivals, before, scores, report)
         complete = not time_is_up()
         accepted = complete and bool(rivals) and log_weight(evidence, rivals[0]) > log_weight(evidence, before)
         best = rivals[0] if accepted else before
@@ -192,11 +192,13 @@ def _reduced_anew(
     return evidence, _harmonics(evidence, model) if harmonics is not None else None
 
 
-def _fitted_rivals(race: Race, model: FittedModel, scores: Sequence[Score], report: Report) -> tuple[FittedModel, ...]:
+def _fitted_rivals(
+    race: Race, model: FittedModel, before: FittedModel, scores: Sequence[Score], report: Report
+) -> tuple[FittedModel, ...]:
     """The models with one more cause, of those that the scores promise, the most probable first.
 
-    Where none of them is as exact as sound rigs' models are, or the likeliest ran out of iterations, fits begin
-    elsewhere, too.
+    They begin at `model`; `before` is the same with the errors that it needs beside what sound rigs have.  Where none
+    of them is as exact as sound rigs' models are, or the likeliest ran out of iterations, fits begin elsewhere, too.
     """
     evidence, effort = race.evidence, race.effort
     fits: list[FittedModel] = []
@@ -211,7 +213,7 @@ def _fitted_rivals(race: Race, model: FittedModel, scores: Sequence[Score], repo
     sound = sound_errors(evidence)
     # The law imitates at first what goes by the amplitude, and then leads its fit astray.
     again = [rival for rival in beside if _goes_by_amplitude(evidence, rival)]
-    if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (model,)))):
+    if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (before,)))):
         again += _elsewhere(evidence, scores, promising, effort)
     elif fits:
         leading = _likeliest(fits)

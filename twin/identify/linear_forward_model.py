@@ -39,10 +39,11 @@ class LinearForwardModel:
         self.modification = evidence.known.merged(modification) if modification else evidence.known
         self.model = extended_model(evidence, self.modification)
         self.layer_elements = tuple(joint.layer_elements for joint in evidence.rig.joints)
-        self.points = points_of_joints(self.model.structure, self.layer_elements)
+        joints = [joint.name for joint in self.model.structure.joints]
+        towards = [self.modification.towards_middle.get(name, 0.0) for name in joints]
+        self.points = points_of_joints(self.model.structure, self.layer_elements, towards)
         self.step_model = self.model.with_points(self.points.rows)
         self.moduli = (self.model.reference_E, self.model.reference_G)
-        joints = [joint.name for joint in self.model.structure.joints]
         factors = np.array([self.modification.moduli_factor.get(name, LIMITS.unchanged_moduli) for name in joints])
         self.moduli_factors = tuple(factors.reshape(-1, 2).T)
         self._drift_per_s = np.array([self.modification.layer_drift_per_s.get(name, 0.0) for name in joints])

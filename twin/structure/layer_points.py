@@ -50,15 +50,20 @@ class LayerPoints:
         return len(self.opening)
 
 
-def layer_points(structure: Structure, count: int, *, joint: int = 0) -> LayerPoints:
+def layer_points(structure: Structure, count: int, *, joint: int = 0, towards_middle: float = 0.0) -> LayerPoints:
     """Divide a joint's layer, however fine its mesh, into `count` equal elements.
 
     Where the moduli vary along the layer, so do the weights: a law takes the same share off each of them.  A layer that
     slips in two directions has two points an element, each with one of the slips and half of the opening's weight.
+
+    Parameters
+    ----------
+    towards_middle
+        How far an element's opening is, from its mean (0) towards the one in its middle (1).
     """
     operators = structure.joints[joint]
     opening, opening_weight = _means(
-        operators.B_E, operators.normal_weight, operators.normal_at, operators.ends, count
+        operators.B_E, operators.normal_weight, operators.normal_at, operators.ends, count, towards_middle
     )  # fmt: skip
     directions = np.unique(operators.shear_direction)
     slips = [_slips(operators, int(direction), count) for direction in directions]
@@ -72,9 +77,14 @@ def layer_points(structure: Structure, count: int, *, joint: int = 0) -> LayerPo
     )  # fmt: skip
 
 
-def points_of_joints(structure: Structure, counts: Sequence[int]) -> LayerPoints:
+def points_of_joints(
+    structure: Structure, counts: Sequence[int], towards_middle: Sequence[float] | None = None
+) -> LayerPoints:
     """Those of all joints, each layer in so many elements."""
-    each = [layer_points(structure, count, joint=joint) for joint, count in enumerate(counts)]
+    towards = towards_middle or [0.0] * len(counts)
+    each = [
+        layer_points(structure, count, joint=joint, towards_middle=towards[joint]) for joint, count in enumerate(counts)
+    ]
     n, nothing = len(structure.M), np.zeros(0)
     return LayerPoints(
         np.vstack([np.zeros((0, n)), *(points.opening for points in each)]),
@@ -90,10 +100,17 @@ def _slips(operators: JointOperators, direction: int, count: int) -> tuple[Matri
     return _means(operators.B_G[own], operators.shear_weight[own], operators.shear_at[own], operators.ends, count)
 
 
-def _means(B: Matrix, weight: Matrix, x: Matrix, ends: tuple[float, float], count: int) -> tuple[Matrix, Matrix]:
-    """Mean rows (count, n) of each element's Gauss points, and sums of their weights (count,)."""
-    element = np.clip(((x - ends[0]) / (ends[1] - ends[0]) * count).astype(int), 0, count - 1)
+def _means(
+    B: Matrix, weight: Matrix, x: Matrix, ends: tuple[float, float], count: int, towards_middle: float = 0.0
+) -> tuple[Matrix, Matrix]:
+    """Mean rows (count, n) of each element's Gauss points, and sums of their weights (count,).
+
+    A weight of 1 - 5/2 P2 over an element, in place of 1, makes a parabola's mean its value in the middle.
+    """
+    along = (x - ends[0]) / (ends[1] - ends[0]) * count
+    element = np.clip(along.astype(int), 0, count - 1)
     total = np.asarray(np.bincount(element, weight**2, count), float)
+    P2 = 1.5 * (2 * (along - element) - 1) ** 2 - 0.5
     rows = np.zeros((count, B.shape[1]))
-    np.add.at(rows, element, weight[:, None] * B)
+    np.add.at(rows, element, (weight * (1 - 2.5 * towards_middle * P2))[:, None] * B)
     return rows / np.where(total > 0, total, 1.0)[:, None], total
