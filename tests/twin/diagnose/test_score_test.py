@@ -17,9 +17,12 @@ from twin.identify import error_model
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import SOUND
 from twin.identify.joint_law import LayerLaw, choose_knots
+from twin.identify.likelihood import residual_model
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.measured_data import gather_data
+from twin.identify.model_modification import ModelModification
 from twin.identify.residual_model import ResidualModel
+from twin.joint import Saturating
 from twin.rigs import load_rig
 
 RIG = load_rig("steel-lap-joint")
@@ -43,10 +46,10 @@ def baseline(measured):
 def having(measured, baseline):
     """Builds evidence in which all responses are those of the model with a cause, with noise or without."""
 
-    def having(name="", label=None, values=None, *, at=None, noise=0.0):
+    def having(name="", label=None, values=None, *, at=None, noise=0.0, modification=None):
         at = at or baseline
         hypotheses = (CauseHypothesis(CAUSES[name], label or {}, values, {}),) if name else ()
-        residual_model = ResidualModel(measured, modification_of(measured, hypotheses))
+        residual_model = ResidualModel(measured, modification or modification_of(measured, hypotheses))
         rng = np.random.default_rng(12)
 
         def noisy(H):
@@ -275,3 +278,26 @@ def test_a_cause_of_a_size_that_sound_rigs_have_earns_nothing(having, baseline):
         for tolerance in (share, 0.0)
     ]
     assert earned[0] < 0 < 10 < earned[1]
+
+
+def test_another_mean_over_the_layer_s_elements_is_tolerated(measured, baseline):
+    """What it changes lies in the directions in which sound rigs differ, once the joint has a law."""
+    knots = choose_knots(np.array([1e-5]), 12)
+    softening = -Saturating(1.5e8, 2e-6, -1.5e8).describing_function(knots).real
+    at = replace(baseline, laws=(LayerLaw(knots, knots, softening, 0.1 * softening),))
+    held = residual_model(measured, errors=SOUND).linearisation(at)
+
+    def residual(share):
+        model = residual_model(measured, ModelModification(towards_middle={"joint": share}), held=held)
+        return model.evaluate(at, sensitivities=False)
+
+    plain = residual(0.0)
+    change = residual(1e-3).residual - plain.residual
+    assert np.linalg.norm(change) > 0.1
+    left = []
+    for law in (at, baseline):
+        tolerances = score_causes(measured, None, model_at(law), {})[1]
+        columns = tolerances.whitened(plain.blocks, held)
+        left.append(np.linalg.norm(change - columns @ np.linalg.lstsq(columns, change)[0]) / np.linalg.norm(change))
+    assert left[0] < 0.05
+    assert left[1] > 0.5

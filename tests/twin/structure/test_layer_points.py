@@ -39,6 +39,18 @@ def test_beams_that_move_apart_open_and_beams_that_move_along_slip(elements):
     np.testing.assert_allclose(slip, 2e-6 + 1e-4 * RIG.upper.thickness / 2, rtol=1e-9)
 
 
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_an_element_s_opening_lies_between_its_mean_and_the_one_in_its_middle(share):
+    """Of a parabola, whose mean over an element exceeds its middle by a twelfth of the length's square."""
+    structure = meshed(6)
+    x = structure.meshes["upper"].points[:, 0] - MIDDLE_m
+    upper = np.stack([0 * x, 50.0 * x**2, 100.0 * x], axis=1)
+    bent = np.concatenate([np.zeros(len(structure.basis) - upper.size), upper.ravel()])[structure.free]
+    length = JOINT.overlap / 3
+    expected = 50.0 * length**2 * (np.array([1.0, 0.0, 1.0]) + (1 - share) / 12)
+    np.testing.assert_allclose(layer_points(structure, 3, towards_middle=share).opening @ bent, expected, atol=1e-12)
+
+
 def test_both_beams_moved_together_open_and_slip_nothing():
     structure = assemble(RIG, layout=replace(RIG.layout(), supports=()))
     together = np.zeros(((len(structure.basis) // 3), 3))
