@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from recordings import read_run
+from twin.diagnose import score_test
 from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.models import CAUSES
@@ -68,10 +69,14 @@ def having(measured, baseline):
     return having
 
 
+OF_OPENINGS = score_test._of_openings
+
+
 @pytest.fixture(autouse=True)
-def no_shifts(monkeypatch):
-    """Refits have none of the shifts of runs and sweeps, and neither have the scores that are compared with them."""
+def nothing_tolerated(monkeypatch):
+    """Refits have no shifts of runs and sweeps and one mean of openings, and so have the scores beside them."""
     monkeypatch.setattr(error_model, "SHIFT", 1e-12)
+    monkeypatch.setattr(score_test, "_of_openings", lambda *given: [])
 
 
 @dataclass(frozen=True)
@@ -280,12 +285,13 @@ def test_a_cause_of_a_size_that_sound_rigs_have_earns_nothing(having, baseline):
     assert earned[0] < 0 < 10 < earned[1]
 
 
-def test_another_mean_over_the_layer_s_elements_is_tolerated(measured, baseline):
+def test_another_mean_over_the_layer_s_elements_is_tolerated(measured, baseline, monkeypatch):
     """What it changes lies in the directions in which sound rigs differ, once the joint has a law."""
     knots = choose_knots(np.array([1e-5]), 12)
     softening = -Saturating(1.5e8, 2e-6, -1.5e8).describing_function(knots).real
     at = replace(baseline, laws=(LayerLaw(knots, knots, softening, 0.1 * softening),))
     held = residual_model(measured, errors=SOUND).linearisation(at)
+    monkeypatch.setattr(score_test, "_of_openings", OF_OPENINGS)
 
     def residual(share):
         model = residual_model(measured, ModelModification(towards_middle={"joint": share}), held=held)
