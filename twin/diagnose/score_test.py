@@ -8,7 +8,7 @@ factor is u' (D + 1)^-1 u / 2 - ln det(1 + D) / 2.  One residual for each streng
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
 
@@ -130,14 +130,25 @@ def _of_openings(
 
     One mode's law takes that in, and with it two modes' laws differ.
     """
-    without, found = modification_of(evidence, model.hypotheses), []
+    left_by, found = _left_by(evidence, harmonics, model, held), []
     for joint, law in zip(evidence.rig.joints, model.baseline.laws, strict=False):
         if np.any(law.softening):
             little = ModelModification(towards_middle={joint.name: LIMITS.score_test_towards_middle * SMALL})
-            moved = residual_model(evidence, without.merged(little), harmonics, held=held)
-            left = moved.evaluate(model.baseline, sensitivities=False).residual
-            found.append((prediction.residual - left)[:, None] / SMALL)
+            found.append((prediction.residual - left_by(little))[:, None] / SMALL)
     return found
+
+
+def _left_by(
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, held: Linearisation
+) -> Callable[[ModelModification], Array]:
+    """What a modification of a fitted model leaves as its whitened residual (r,)."""
+    without = modification_of(evidence, model.hypotheses)
+
+    def left_by(modification: ModelModification) -> Array:
+        changed = residual_model(evidence, without.merged(modification), harmonics, held=held)
+        return changed.evaluate(model.baseline, sensitivities=False).residual
+
+    return left_by
 
 
 def _principal(columns: Array) -> Array:
@@ -166,13 +177,8 @@ def _signatures_of(
     cause: Cause,
 ) -> list[_Signature]:
     """Signatures of every label and starting place of one cause."""
-    without = modification_of(evidence, model.hypotheses)
-
-    def left_by(modification: ModelModification) -> Array:
-        changed = residual_model(evidence, without.merged(modification), harmonics, held=held)
-        return changed.evaluate(model.baseline, sensitivities=False).residual
-
-    plain = residual_model(evidence, without, harmonics, held=held)
+    left_by = _left_by(evidence, harmonics, model, held)
+    plain = residual_model(evidence, modification_of(evidence, model.hypotheses), harmonics, held=held)
     small = AttachmentSignatures(plain, prediction, left_by) if isinstance(plain, ResidualModel) else None
     found: list[_Signature] = []
     for label in cause.labels(evidence):

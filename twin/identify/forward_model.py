@@ -253,21 +253,24 @@ class ForwardModel(LinearForwardModel):
         """
         steps = self.evidence.steps
         R, omega = free or self._free_at_harmonic(h, baseline, inner=inner)
-        R = update_receptance(R, self.moving[: 2 * len(self.points)], at_harmonic(self._secant(balance), h))
+        secant = self._secant(balance)
+        R = update_receptance(R, self.moving[: 2 * len(self.points)], at_harmonic(secant, h))
         force = np.zeros(len(steps), complex)
         if 0 < h <= steps.force.shape[1]:
             known = np.isfinite(steps.force_variance[:, h - 1])
             force = np.where(known, steps.force[:, h - 1], 0.0)
-            shaker = np.where(known, 0.0, self._held_by_shaker(h, R, omega, balance))
-            R = update_receptance(R, np.array([self.model.ports.drive]), shaker[:, None])
+            if not known.all():
+                softening = (secant.real * balance.motion[:, : secant.shape[1]])[:, : len(self.points)]
+                shaker = np.where(known, 0.0, self._held_by_shaker(h, R, omega, softening))
+                R = update_receptance(R, np.array([self.model.ports.drive]), shaker[:, None])
         return R, force * (h % 2), omega
 
-    def _held_by_shaker(self, h: int, R: Array, omega: Array, balance: Balance) -> Array:
+    def _held_by_shaker(self, h: int, R: Array, omega: Array, softening: Array) -> Array:
         """Dynamic stiffness (s,) that the shaker opposes to a harmonic of the motion, N/m.
 
         The rig file's is a guess, as good as its own size; the force over the reference channel's response says it
-        better where that stands out of the noise.  The joint's softening moves both: its share is what makes the
-        response beside the force.
+        better where that stands out of the noise.  The joint's `softening` (s, p), as it is shared out at the
+        fundamental, makes the response beside the force.
         """
         steps, reference, p = self.evidence.steps, self.evidence.reference, len(self.points)
         drive = self.model.ports.drive
@@ -278,7 +281,6 @@ class ForwardModel(LinearForwardModel):
         if not measured.any():
             return guess
         at, outputs = self.moving[:p], self.model.ports.outputs
-        softening = self._secant(balance)[:, :p].real * balance.motion[:, :p]
         to_outputs = R[:, outputs]
         both = np.concatenate([to_outputs[:, :, at] @ softening[:, :, None], to_outputs[:, :, [drive]]], axis=2)
         read = self.measured_change(both, omega)[:, reference]

@@ -386,10 +386,9 @@ def _arrays(states: list[SteadyState], force: str, outputs: tuple[Output, ...], 
     growth = np.array([state.drift[channel] / state.duration_s for state in states], complex)
     growth = growth - 1j * omega * _clock_error(states, force)
     growth_std = np.array([state.drift_std[channel] / state.duration_s for state in states])
-    ratio, ratio_std = (
-        np.array([harmonics(s.ratio(force, channel)[part], fill) for s in states]).reshape(len(states), HARMONICS)
-        for part, fill in ((0, 0.0), (1, np.inf))
-    )
+    ratios = [state.ratio(force, channel) for state in states]
+    ratio = np.array([harmonics(each, 0.0) for each, _ in ratios], complex).reshape(F.shape)
+    ratio_std = np.array([harmonics(error, np.inf) for _, error in ratios]).reshape(F.shape)
     return StepArrays(
         omega, F, F_var, A, A_var, amplitude, time, growth, growth_std, tuple(states),
         force_ratio=ratio, force_ratio_std=ratio_std,

@@ -85,7 +85,7 @@ class SteadyState:
         """Drive frequency in rad/s."""
         return 2 * np.pi * self.frequency_Hz
 
-    def ratio(self, one: str, other: str) -> Harmonics:
+    def ratio(self, one: str, other: str) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
         """Harmonics of one channel over those of another, and their relative errors; none if two devices have them."""
         for measured in self.up_to_nyquist.values():
             if one in measured and other in measured:

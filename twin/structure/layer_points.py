@@ -77,13 +77,11 @@ def layer_points(structure: Structure, count: int, *, joint: int = 0, towards_mi
     )  # fmt: skip
 
 
-def points_of_joints(
-    structure: Structure, counts: Sequence[int], towards_middle: Sequence[float] | None = None
-) -> LayerPoints:
+def points_of_joints(structure: Structure, counts: Sequence[int], towards_middle: Sequence[float]) -> LayerPoints:
     """Those of all joints, each layer in so many elements."""
-    towards = towards_middle or [0.0] * len(counts)
     each = [
-        layer_points(structure, count, joint=joint, towards_middle=towards[joint]) for joint, count in enumerate(counts)
+        layer_points(structure, count, joint=joint, towards_middle=towards)
+        for joint, (count, towards) in enumerate(zip(counts, towards_middle, strict=True))
     ]
     n, nothing = len(structure.M), np.zeros(0)
     return LayerPoints(

@@ -47,10 +47,10 @@ def baseline(measured):
 def having(measured, baseline):
     """Builds evidence in which all responses are those of the model with a cause, with noise or without."""
 
-    def having(name="", label=None, values=None, *, at=None, noise=0.0, modification=None):
+    def having(name="", label=None, values=None, *, at=None, noise=0.0):
         at = at or baseline
         hypotheses = (CauseHypothesis(CAUSES[name], label or {}, values, {}),) if name else ()
-        residual_model = ResidualModel(measured, modification or modification_of(measured, hypotheses))
+        residual_model = ResidualModel(measured, modification_of(measured, hypotheses))
         rng = np.random.default_rng(12)
 
         def noisy(H):
