@@ -157,15 +157,16 @@ class PtyPort:
         poller.register(self._master, select.POLLIN)
         events = poller.poll(0)
         hung_up = bool(events) and bool(events[0][1] & select.POLLHUP)
-        if hung_up and not another and events[0][1] & select.POLLIN:
-            return  # what a client sent before it left is still to be read
-        if self.client and (hung_up or another):
+        unread = bool(events) and bool(events[0][1] & select.POLLIN)
+        # What a client sent before it left is still to be read.
+        if self.client and (another or (hung_up and not unread)):
             self._discard()
             self.client = 0
-        if not hung_up and not self.client:
+        # A whole visit may have passed unseen: it is told by what it sent.
+        if not self.client and (unread or not hung_up):
             self._visits += 1
             self.client = self._visits
-            self._open_files = max(1, self._open_files)
+            self._open_files = max(int(not hung_up), self._open_files)
 
     def _discard(self) -> None:
         """What a client has not read is not for the next one.
