@@ -263,6 +263,7 @@ def fit_model(
     errors: ErrorModel | None = None,
     iterations: int = 12,
     tolerance: float = 0.1,
+    rounds: int = LIMITS.base_fit_reweighted,
     held: str = "",
     frozen: bool = False,
 ) -> FittedModel:
@@ -273,8 +274,10 @@ def fit_model(
     start, hypotheses, errors, held, frozen
         As for :class:`FitProblem`.
     iterations, tolerance
-        Of each Gauss-Newton search; as many follow each other, with the weights at the last one's end, as gain
-        anything.
+        Of each Gauss-Newton search.
+    rounds
+        Most searches that follow the first one, each with the weights at the last one's end, while they gain anything;
+        none where another fit begins at the end of this one anyway.
     """
     shared = []
     for hypothesis in hypotheses:
@@ -296,9 +299,7 @@ def fit_model(
             residual_alone=lambda x: problem.predict(x).residual,
         )
 
-    solution = minimise_reweighted(
-        solve, problem.x0, rounds=LIMITS.base_fit_reweighted, tolerance=tolerance, iterations=iterations
-    )
+    solution = minimise_reweighted(solve, problem.x0, rounds=rounds, tolerance=tolerance, iterations=iterations)
     return fitted(problem, solution)
 
 

@@ -60,7 +60,14 @@ def _along(
         *before, own = last.hypotheses
         own = replace(own, values={**own.values, threshold.name: value})
         found = fit_model(
-            evidence, harmonics, last.baseline, (*before, own), errors=fit.errors, tolerance=0.5, held=threshold.name
+            evidence,
+            harmonics,
+            last.baseline,
+            (*before, own),
+            errors=fit.errors,
+            tolerance=0.5,
+            rounds=0,
+            held=threshold.name,
         )
         best = min(best, found, key=lambda each: each.solution.cost)
         failed = failed + 1 if found.solution.cost > LIMITS.profile_hopeless * best.solution.cost else 0

@@ -149,7 +149,7 @@ def _fit_at(
     errors: ErrorModel,
 ) -> FittedModel:
     start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
-    return fit_model(evidence, harmonics, start, hypotheses, errors=errors, iterations=8, tolerance=2.0)
+    return fit_model(evidence, harmonics, start, hypotheses, errors=errors, iterations=8, tolerance=2.0, rounds=0)
 
 
 def _fit_last(

@@ -329,6 +329,8 @@ def _beside_no_law(
     levels, linear = continuation(sound_errors(evidence)), nominal_base(evidence)
     for level in levels[: LIMITS.held_levels]:
         start = law_from_steps(begun, linear)
-        fit = fit_model(evidence, harmonics, start, hypotheses, errors=level, iterations=8, tolerance=2.0, frozen=True)
+        fit = fit_model(
+            evidence, harmonics, start, hypotheses, errors=level, iterations=8, tolerance=2.0, rounds=0, frozen=True
+        )
         linear = fit.baseline.base
     return Begun(fit.baseline, hypotheses, levels[LIMITS.held_levels :] or levels[-1:])
