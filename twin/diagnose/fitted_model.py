@@ -137,6 +137,12 @@ class FitProblem:
         ]
         self.count = len(start.vector)
         self.x0 = np.concatenate([start.vector, [hypotheses[i].values[p.name] / p.scale for i, p in self.slots]])
+        located = {i for i, p in self.slots if p.is_location}
+        self._scaled = [
+            (k, p.null / p.scale)
+            for k, (i, p) in enumerate(self.slots, self.count)
+            if i in located and not p.is_location
+        ]
         self.blocks: tuple[tuple[str, slice], ...] = ()
         self._held: Linearisation | None = None
         self._weighed_at = self.x0
@@ -180,6 +186,18 @@ class FitProblem:
         for k, (_, p) in enumerate(self.slots, self.count):
             largest[k] = 0.1 * (p.upper - p.lower) / p.scale if p.is_location else 1.0
         return largest
+
+    def moved(self, x: Array, step: Array) -> Array:
+        """The vector after a step: strengths of causes with a place or threshold by a factor, where it is not large.
+
+        Both make up for each other along a power law, which is nearly straight in the strength's logarithm.
+        """
+        ahead = x + step
+        for k, null in self._scaled:
+            size, change = x[k] - null, step[k]
+            if abs(change) < 0.5 * abs(size):
+                ahead[k] = null + size * np.exp(change / size)
+        return np.asarray(ahead)
 
     def baseline(self, x: Array) -> BaselineParameters:
         """The base family's part."""
@@ -296,6 +314,7 @@ def fit_model(
             iterations=iterations,
             tolerance=tolerance,
             largest_step=problem.largest_step,
+            moved=problem.moved,
             residual_alone=lambda x: problem.predict(x).residual,
         )
 

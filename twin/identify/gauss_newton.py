@@ -80,6 +80,7 @@ def minimise(
     iterations: int = 30,
     tolerance: float = 0.03,
     largest_step: Array | None = None,
+    moved: Callable[[Array, Array], Array] = np.add,
     residual_alone: Callable[[Array], Array] | None = None,
 ) -> Solution:
     """Minimise |r(x)|^2 + (x - mean)' precision (x - mean).
@@ -94,10 +95,12 @@ def minimise(
     bounds
         Lower and upper limits; steps are cut to stay inside.
     tolerance
-        Stops where an undamped step promises, or an iteration gains, less than this, in units of the cost per degree
-        of freedom.
+        Stops where an undamped step promises less than this, in units of the cost per degree of freedom, or where an
+        iteration gains less though it promised more.
     largest_step
         Largest change of each parameter in one iteration.
+    moved
+        Parameters after a step, to first order their sum: along a curve that bends as the residual does.
     residual_alone
         Returns the residual only.  With it steps follow the residual's curvature (geodesic acceleration: Transtrum and
         Sethna 2012): where parameters make up for each other the valley bends, and straight steps must be tiny.  Once
@@ -110,7 +113,7 @@ def minimise(
     history = [chi2 + penalty]
     if not (np.isfinite(residual).all() and np.isfinite(J).all()):
         return Solution(x, chi2, penalty, J.T @ J + precision, residual, J, tuple(history), "not finite")
-    damping, bends = 1e-3, False
+    damping, bends, gained_little = 1e-3, False, False
     ended: Ending = "out of iterations"
     for _ in range(iterations):
         if time_is_up():
@@ -123,13 +126,12 @@ def minimise(
         block = np.ix_(free, free)
         small = tolerance * max(1.0, (chi2 + penalty) / max(1, len(residual)))
         promised = float(gradient[free] @ _solved(A[block], gradient[free]))
-        gained_little = len(history) > 1 and history[-2] - history[-1] < small
         here: Ending = "settled" if promised < small else "stuck"
         if promised < LIMITS.gauss_newton_left * small or gained_little:
             ended = here
             break
         accepted = False
-        for _trial in range(LIMITS.gauss_newton_trials):
+        for failed in range(LIMITS.gauss_newton_trials):
             scaled = A + damping * np.diag(np.diag(A))
             step = np.zeros(len(x))
             step[free] = _solved(scaled[block], gradient[free])
@@ -139,9 +141,9 @@ def minimise(
             if largest_step is not None:
                 step *= min(1.0, 1.0 / max(np.max(np.abs(step) / largest_step), 1e-300))
             if residual_alone is not None and bends:
-                ahead = residual_alone(np.clip(x + LIMITS.gauss_newton_probed * step, lower, upper))
+                ahead = residual_alone(np.clip(moved(x, LIMITS.gauss_newton_probed * step), lower, upper))
                 step = step + _turn(step, free, scaled, J, (ahead - residual) / LIMITS.gauss_newton_probed + J @ step)
-            trial = np.clip(x + step, lower, upper)
+            trial = np.clip(moved(x, step), lower, upper)
             p = float((trial - mean) @ precision @ (trial - mean))
             promising = residual_alone is None or not bends or _square(residual_alone(trial)) + p < chi2 + penalty
             if promising:
@@ -155,6 +157,9 @@ def minimise(
         if not accepted:
             ended = here
             break
+        # Where damping alone kept the step short, the next one is longer.
+        expected = chi2 + penalty - _square(residual - J @ (trial - x)) - p
+        gained_little = chi2 + penalty - c - p < small and (expected >= small or failed > 0)
         x, residual, J, chi2, penalty = trial, r, Jr, c, p
         damping = max(damping / 8.0, 1e-14)
         history.append(chi2 + penalty)

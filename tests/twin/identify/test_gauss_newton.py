@@ -172,6 +172,40 @@ def test_along_a_bent_valley_steps_that_turn_arrive_where_straight_ones_do_not()
     assert straight.cost > 1.0
 
 
+def test_steps_along_a_power_law_arrive_where_straight_ones_are_still_on_their_way():
+    """A force that grows with a power of its place: only the product is known sharply, and the place a little."""
+
+    def evaluate(x):
+        k, at = x
+        r = np.array([1e3 * (k * at**6 - 1.0), 10.0 * (at - 0.8)])
+        return -r, np.array([[1e3 * at**6, 6e3 * k * at**5], [0.0, 10.0]])
+
+    def by_a_factor(x, step):
+        return np.array([x[0] * np.exp(step[0] / x[0]), x[1] + step[1]])
+
+    def fit(**more):
+        return minimise(
+            evaluate, np.ones(2), mean=np.zeros(2), precision=1e-12 * np.eye(2), iterations=12, tolerance=1e-6,
+            residual_alone=lambda x: evaluate(x)[0], **more,
+        )  # fmt: skip
+
+    bent, straight = fit(moved=by_a_factor), fit()
+    np.testing.assert_allclose(bent.x, [0.8**-6, 0.8], rtol=1e-3)
+    assert bent.cost < 0.1 * straight.cost
+
+
+def test_a_step_that_damping_kept_short_does_not_end_a_search():
+    """Its little gain says nothing of how far the minimum is."""
+    A = np.zeros((200, 2))
+    A[:2] = [[1e4, 1e4], [0.0, 10.0]]
+    y = A @ [-1.0, 1.0]
+    found = minimise(
+        lambda x: (y - A @ x, A), np.zeros(2), mean=np.zeros(2), precision=1e-12 * np.eye(2), tolerance=1.0
+    )
+    assert found.settled
+    assert found.history[0] - found.history[1] < 1.0 < 90.0 < found.history[0] - found.cost
+
+
 def test_every_search_tells_how_it_ended():
     A, y, mean, precision = line(1)
     found = minimise(lambda x: (y - A @ x, A), np.zeros(4), mean=mean, precision=precision)
