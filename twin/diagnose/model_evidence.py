@@ -260,29 +260,38 @@ def fit_with_errors(
     errors: ErrorModel | None = None,
     tolerances: Tolerances | None = None,
     tolerance: float = 0.3,
+    exact: bool = False,
 ) -> FittedModel:
-    """Fit a model and infer its error, in turn; with its log evidence."""
-    sound = sound_errors(evidence)
-    errors = errors or sound
+    """Fit a model and infer its error, in turn; with its log evidence.
+
+    Parameters
+    ----------
+    exact
+        Whether errors below a sound rig's matter, too: not to compare rivals, but parameters that make up for each
+        other are found with the errors alone that the data ask for.
+    """
+    errors = errors or sound_errors(evidence)
+    least = 0.0 if exact else _sizes(sound_errors(evidence))
     for _ in range(LIMITS.model_evidence_refitted):
         model = fit_model(evidence, harmonics, start, hypotheses, errors=errors, tolerance=tolerance)
         start, hypotheses = model.baseline, model.hypotheses
         problem = FitProblem(evidence, harmonics, start, hypotheses, errors=errors)
         inferred, log_evidence = infer_errors(problem, tolerances)
         model = replace(model, errors=inferred, log_evidence=log_evidence)
-        if _distance(inferred, errors, sound) < CLOSE:
+        if _distance(inferred, errors, least) < CLOSE:
             break
         errors = inferred
     return model
 
 
-def _distance(one: ErrorModel, two: ErrorModel, sound: ErrorModel) -> float:
-    """Largest difference of logarithms, of errors that matter: those below a sound rig's do not.
+def _sizes(errors: ErrorModel) -> Array:
+    """Those of each kind of data (4,)."""
+    return np.array([getattr(getattr(errors, kind), name) for kind, name in KINDS])
+
+
+def _distance(one: ErrorModel, two: ErrorModel, least: Array | float) -> float:
+    """Largest difference of logarithms, of errors that matter: those below `least` do not.
 
     Another roughness matters by the errors that it needs.
     """
-    return max(
-        abs(float(np.log(max(a, usual) / max(b, usual))))
-        for kind, name in KINDS
-        for a, b, usual in [[getattr(getattr(errors, kind), name) for errors in (one, two, sound)]]
-    )
+    return float(np.max(np.abs(np.log(np.maximum(_sizes(one), least) / np.maximum(_sizes(two), least)))))
