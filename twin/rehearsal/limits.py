@@ -65,6 +65,9 @@ class Limits:
     refine_widening: float = 0.4
     """Of the distance from there: how wide the steps become farther out, so that a place known badly is not passed
     over."""
+    # hammer.py
+    between_hits_s: float = 1.0
+    """From the end of a hit's record to the next hit."""
     # rehearsal.py
     rehearsal_near: float = 0.02
     """Of a resonance's largest response per force: a step with less of it lies so far off that it tells nothing of

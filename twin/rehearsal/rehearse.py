@@ -9,6 +9,7 @@ from recordings.streams import Acquisition, SampleSource
 from twin.bench import drive_limits, open_bench
 from twin.procedures import (
     DirectAcquisition,
+    Impact,
     Procedure,
     RunSink,
     StepResult,
@@ -19,6 +20,7 @@ from twin.procedures import (
 )
 from twin.rehearsal.checks import CHECKS
 from twin.rehearsal.gather import gathered
+from twin.rehearsal.hammer import hammered_twin
 from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.nominal import NominalRig
 from twin.rehearsal.rehearsal import Caution, Rehearsal
@@ -65,10 +67,14 @@ def open_twin(
         If the rig cannot be built, or has not the channels or the rate that the procedure asks for.
     """
     try:
-        bench = open_bench(
-            rig, preload=preload, seed=seed, sample_rate_Hz=procedure.sample_rate,
-            monitors=tuple(drive_limits(rig)),
-        )  # fmt: skip
+        bench: SampleSource
+        if isinstance(procedure, Impact):
+            bench = hammered_twin(rig, procedure, preload=preload, seed=seed)
+        else:
+            bench = open_bench(
+                rig, preload=preload, seed=seed, sample_rate_Hz=procedure.sample_rate,
+                monitors=tuple(drive_limits(rig)),
+            )  # fmt: skip
     except ValueError as error:
         raise InputError(source, "", str(error)) from error
     check_channels(procedure, bench.channels, source=named)
