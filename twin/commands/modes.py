@@ -64,8 +64,9 @@ def command(
     how = None
     if (estimator, force_window, exponential) != (None, None, None):
         how = Reduction(estimator=estimator or "H1", force_window_s=force_window, left=exponential)  # type: ignore[arg-type]
+    recorded = read_run(run)
     with working("fitting modes"):
-        test = modal_test(read_run(run), force=force, band_Hz=band, rig=rig, reduction=how)
+        test = modal_test(recorded, force=force, band_Hz=band, rig=rig, reduction=how)
     with whole_files(out, picture, report, save) as (table, drawn, page, view):
         if table is not None:
             _write_table(test.found.fit, table)

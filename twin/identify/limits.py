@@ -251,7 +251,9 @@ class Limits:
     pulse_ringing: int = 16
     """Samples beside it in which an anti-aliasing filter rings."""
     second_hit: float = 0.05
-    """Of the peak: a second pulse of this size makes 5 % ripples on the force's spectrum."""
+    second_over_noise: float = 10.0
+    """Of the peak: a second pulse of this size makes 5 % ripples on the force's spectrum; and over the median of the
+    rest, which normal noise does not reach in a million samples."""
     # impacts/reduction.py
     window_wanted: float = 0.003
     """Of the response at the record's end, that an exponential window is to leave: below what a lab reproduces."""
@@ -268,6 +270,8 @@ class Limits:
     coherent_lines: int = 9
     """Over which the variance that coherence tells is averaged."""
     # impacts/modes.py
+    loaded: float = 1e-3
+    """Relative change of a frequency by a mass that roves, from which on it is told: what a lab wants of one."""
     window_drowns: float = 3.0
     """Damping that a window adds, over a mode's own, from which on little is told of the mode's."""
     satellite: float = 0.02

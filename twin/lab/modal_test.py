@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,6 +13,7 @@ from recordings.quantities import is_motion, quantity
 from recordings.run import Run
 from twin.identify.impacts import Reduction, reduce_hits, sound_hits
 from twin.identify.impacts.modes import modes_of_impacts
+from twin.identify.limits import LIMITS
 from twin.identify.measured_data import common_preload
 from twin.identify.modes import ModalFit
 from twin.identify.modes.beside_model import beside_model, missing_and_still
@@ -163,7 +164,23 @@ def _of_hits(
         hung = [rig.hit_at(place) for place in (*places.values(), rig.drive_place)].pop()
     except ValueError as error:
         raise InputError(run.path, "procedure.toml", str(error), "is it the rig of this test?") from error
+    if procedure.sensor is not None:
+        found = replace(found, notes=(*found.notes, *_loaded(run, hung, procedure.sensor, [*places.values()])))
     return _beside(found, run, hung, places or sensors, fixed)
+
+
+def _loaded(run: Run, rig: Rig, sensor: str, places: Sequence[Place]) -> Iterator[str]:
+    """What the mass of an accelerometer does to the natural frequencies as it roves, by the model."""
+    preload = common_preload([run], rig) or None
+    moved = [modelled_rig(rig.with_moved_sensor(sensor, place), preload=preload) for place in places]
+    Hz = np.array([each.modes.frequency_Hz[: LIMITS.damped_modes] for each in moved])
+    spread = float(np.max(np.ptp(Hz, axis=0) / np.mean(Hz, axis=0)))
+    if spread > LIMITS.loaded:
+        mass_g = 1e3 * next(each.mass for each in rig.sensors if each.channel == sensor)
+        yield (
+            f"{sensor}, {mass_g:.3g} g, moves natural frequencies by up to {spread:.2%} as it roves: modes split and "
+            "shapes are no one structure's; rove the hammer, or put a dummy of its mass at all other points"
+        )
 
 
 def _sensors(run: Run, rig: Rig, channels: Sequence[str]) -> dict[str, Place]:

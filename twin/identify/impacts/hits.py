@@ -91,7 +91,7 @@ def _wrong(record: BroadbandRecord, run: Run, force: str) -> str:
     others[max(0, top - half) : top + half + 1] = 0.0
     second = int(np.argmax(others))
     share = others[second] / np.abs(signal[top])
-    if share > LIMITS.second_hit:
+    if share > LIMITS.second_hit and others[second] > LIMITS.second_over_noise * np.median(others):
         apart_ms = 1e3 * abs(second - top) / record.sample_rate_Hz
         return f"double hit, a second pulse of {share:.0%} lies {apart_ms:.3g} ms beside the first"
     return ""

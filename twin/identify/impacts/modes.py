@@ -64,8 +64,8 @@ def _without_satellites(modes: list[Mode]) -> tuple[list[Mode], list[str]]:
         else:
             kept.append(mode)
     told = [
-        f"the decay at {kept[n].frequency_Hz:.5g} Hz is no single mode's, its frequency or damping follows the "
-        f"amplitude: {count} more pole{'s' if count > 1 else ''} taken for the same; hit softer"
+        f"the decay at {kept[n].frequency_Hz:.5g} Hz is no single mode's, {count} more pole{'s' if count > 1 else ''} "
+        "taken for the same: its frequency or damping follows the amplitude (hit softer), or a mass that roves"
         for n, count in beside.items()
     ]
     return sorted(kept, key=lambda each: each.frequency_Hz), told
