@@ -53,6 +53,9 @@ class Limits:
     too_short_wanted: float = 8.0
     """Averages at a resolution of a mode's half-power width: when to warn, and what is advised. n of them give its
     damping ratio within 1 / sqrt(pi n) of itself, a third and a fifth."""
+    left_of_a_hit: float = 0.1
+    wanted_of_a_hit: float = 0.03
+    """Of the lowest mode's decay at the record's end: when to warn, and what is advised."""
     # noise.py
     noise_averages: float = 12.0
     """Stretches that densities and responses are averaged over."""

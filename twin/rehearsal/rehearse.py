@@ -151,7 +151,7 @@ def rehearse(
 
 def rehearse_until_clear(
     first: Rehearsed,
-    make_source: Callable[[], SampleSource],
+    make_source: Callable[[Procedure], SampleSource],
     recording: Path,
     *,
     nominal: NominalRig,
@@ -165,7 +165,7 @@ def rehearse_until_clear(
     Parameters
     ----------
     make_source
-        Gives a fresh rig at rest for every round.
+        Gives a fresh rig at rest for the procedure of every round.
     recording
         The MCAP of the last round.
     nominal, progress, on_step
@@ -190,6 +190,6 @@ def rehearse_until_clear(
         if on_round is not None:
             on_round(better)
         latest = current = rehearse(
-            better, make_source(), recording, nominal=nominal, progress=progress, on_step=on_step
+            better, make_source(better), recording, nominal=nominal, progress=progress, on_step=on_step
         )
     return latest

@@ -71,7 +71,8 @@ def missing_and_still(
     missed = set(inside.tolist()) - set(beside.pairs.values())
     largest = largest_motion(m, len(Hz))
     explained: set[int] = set()
-    best = int(np.argmax(np.min(np.abs(beside.shapes[:, inside]) / largest[inside], axis=1))) if len(inside) else 0
+    shown = np.abs(beside.shapes) / largest
+    best = int(np.argmax(np.min(shown[:, inside], axis=1))) if len(inside) else 0
     for name, place in references.items():
         if place.reads == "strain":
             continue
@@ -79,9 +80,9 @@ def missing_and_still(
         for mode in (k for k in inside.tolist() if share[k] < LIMITS.at_a_node):
             explained |= {mode} & missed
             yield (
-                f"{name} is at a node of mode {mode + 1} ({Hz[mode]:.5g} Hz) and moves {share[mode]:.1%} of its most "
-                f"there{': that mode was not found' if mode in missed else ''}; at {names[best]} no mode of the band "
-                f"moves less than {np.min(np.abs(beside.shapes[best, inside]) / largest[inside]):.0%}"
+                f"{name} is at a node of mode {mode + 1} ({Hz[mode]:.5g} Hz), with {share[mode]:.1%} of its largest "
+                f"motion{': that mode was not found' if mode in missed else ''}; place {names[best]} has "
+                f"{np.min(shown[best, inside]):.0%} at least in every mode of the band"
             )
     alike = np.triu(mac_matrix(beside.shapes, beside.shapes), 1) if len(beside.places) > 1 else np.zeros((1, 1))
     for one, other in np.argwhere(alike > LIMITS.hardly_told_apart):

@@ -52,7 +52,7 @@ def test_h1_bears_noise_of_the_response_h2_noise_of_the_force_and_hv_lies_betwee
     one, two = (at_resonance(name, 0.09, **noisy) for name in ("H1", "H2"))
     assert two == pytest.approx(1.0, abs=0.04)
     assert one < 0.95
-    assert at_resonance("H1", **noisy) == pytest.approx(1.0, abs=0.03), "what the window of the pulse leaves out'
+    assert at_resonance("H1", **noisy) == pytest.approx(1.0, abs=0.03), "what the window of the pulse leaves out"
 
 
 def test_windows_that_are_wrong_are_named():
