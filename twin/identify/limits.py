@@ -246,6 +246,8 @@ class Limits:
     updated_rig_below: float = 3.0
     """First knot of the fitted law over the file's first one above zero."""
     # impacts/hits.py
+    full_scale: float = 0.9999
+    """Share of a converter's range from which on a sample is on its limit: a bit short of it, of any converter."""
     pulse_foot: float = 0.1
     """Of a pulse's peak: where it is told to begin and end."""
     pulse_ringing: int = 16

@@ -13,8 +13,8 @@ from twin.views.drawing import WIDTH_IN, Drawing, dressed, entry, legend, panels
 from twin.views.rig_figure import SENSOR, draw_mode, drawn_larger, extent, flat_parts, scatter
 from twin.views.style import AFTER, BEFORE, INK, MEASURED
 
-COLUMNS, HALF_WIDTHS, CIRCLE = 4, 8.0, 200
-"""Of Nyquist circles: how many beside each other, how far they go about a resonance, points of a fitted one."""
+HALF_WIDTHS = 8.0
+"""How far a Nyquist circle goes about its resonance."""
 
 
 def responses_figure(found: MeasuredModes) -> Figure:
@@ -49,8 +49,9 @@ def responses_figure(found: MeasuredModes) -> Figure:
 def nyquist_figure(found: MeasuredModes) -> Figure:
     """Each mode where it shows most: measured lines about its resonance, and the fit through them."""
     modes = found.fit.modes
-    rows = -(-len(modes) // COLUMNS)
-    figure, axes = panels(rows, COLUMNS, height_in=2.4 * rows + 0.5)
+    columns = min(4, max(1, len(modes)))
+    rows = max(1, -(-len(modes) // columns))
+    figure, axes = panels(rows, columns, height_in=2.4 * rows + 0.5)
     for each in axes.flat[len(modes) :]:
         each.set_visible(False)
     for number, (mode, each) in enumerate(zip(modes, axes.flat[: len(modes)], strict=True), 1):
@@ -70,7 +71,7 @@ def nyquist(found: MeasuredModes, number: int) -> tuple[Array, int, Array]:
     half_Hz = mode.damping_ratio * mode.frequency_Hz + found.rate_per_s / (2 * np.pi)
     near = np.abs(found.frequency_Hz - mode.frequency_Hz) < HALF_WIDTHS * half_Hz
     shown = int(np.argmax(np.abs(mode.residues)))
-    fine = mode.frequency_Hz + HALF_WIDTHS * half_Hz * np.linspace(-1, 1, CIRCLE) ** 3
+    fine = mode.frequency_Hz + HALF_WIDTHS * half_Hz * np.linspace(-1, 1, 201) ** 3
     return found.H[near, shown], shown, _fitted(found, fine)[:, shown]
 
 

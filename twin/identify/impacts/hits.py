@@ -13,8 +13,6 @@ from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.spectrum import BroadbandRecord, broadband_records
 
-FULL = 0.9999
-
 
 @dataclass(frozen=True, kw_only=True)
 class Hits:
@@ -81,7 +79,7 @@ def _wrong(record: BroadbandRecord, run: Run, force: str) -> str:
     """What forbids to use a hit; empty if nothing does."""
     for name, samples in record.samples.items():
         full = run.channels[name].range
-        if full is not None and np.any(np.abs(samples) >= FULL * full):
+        if full is not None and np.any(np.abs(samples) >= LIMITS.full_scale * full):
             return f"{name} is on the limit of its converter, {full:g} {run.channels[name].unit}"
         if len(record.missing.get(name, ())):
             return f"{len(record.missing[name])} samples of {name} were lost"
