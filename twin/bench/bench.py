@@ -17,6 +17,7 @@ from twin.bench.limits import LIMITS
 from twin.bench.marching import coefficients, integrate, packed
 from twin.bench.plan import Plan
 from twin.bench.planned import MONITORS, planned
+from twin.bench.pulse import pulse
 from twin.bench.shaker import ShakerModel
 from twin.rigs import Effect, Layout, Rig
 
@@ -118,6 +119,10 @@ class Bench:
         if excitation.kind in ("random", "multisine") and not 0 < low < high:
             raise ValueError(f"the band must be 0 < low < high, got {low} to {high} Hz")
         self._generator.set(excitation)
+
+    def hit(self, *, peak_N: float, width_s: float, rebound: bool = False) -> None:
+        """Hit the place that is driven with a half sine from the next sample on; a hammer that rebounds hits twice."""
+        self._generator.add(pulse(peak_N, width_s, self._step_s, rebound=rebound))
 
     def read(self, count: int) -> SampleBlock:
         """Advance by `count` samples and return them."""
@@ -245,6 +250,18 @@ def drive_limits(rig: Rig) -> dict[str, float]:
     return {name: limit for name, limit in limits.items() if limit}
 
 
+def assembled(rig: Rig, *, seed: int) -> Rig:
+    """One assembly of a rig whose natural frequencies scatter from one to the next."""
+    table = rig.natural_frequencies
+    if not table.scatter:
+        return rig
+    errors = np.random.default_rng([seed, LIMITS.bench_assembly]).standard_normal(LIMITS.scattered_modes)
+    errors *= table.scatter
+    errors[: len(table.offset)] += table.offset
+    own = table.model_copy(update={"offset": errors.tolist(), "scatter": 0.0})
+    return rig.model_copy(update={"natural_frequencies": own})
+
+
 def open_bench(
     rig: Rig,
     *,
@@ -296,11 +313,10 @@ def open_bench(
     KeyError
         If there is no such preload.
     """
-    plan = planned(rig, preload=preload, effects=effects, joint_law=joint_law, monitors=monitors, layout=layout)
-    if scatter := rig.natural_frequencies.scatter:
-        errors = scatter * np.random.default_rng([seed, LIMITS.bench_assembly]).standard_normal(LIMITS.scattered_modes)
-        errors[: len(plan.frequency_errors)] += plan.frequency_errors
-        plan.frequency_errors = errors
+    plan = planned(
+        assembled(rig, seed=seed), preload=preload, effects=effects, joint_law=joint_law, monitors=monitors,
+        layout=layout,
+    )  # fmt: skip
     return Bench(
         plan,
         seed=seed,

@@ -22,6 +22,7 @@ class Generator:
         self._memory = np.zeros((0, 2))
         self._gain = 0.0
         self._multisine: PeriodicSignal | None = None
+        self._pulse = np.zeros(0)
 
     @property
     def excitation(self) -> Excitation:
@@ -42,8 +43,18 @@ class Generator:
             self._rng = np.random.default_rng(excitation.seed)
             self._design(excitation.band_Hz)
 
+    def add(self, pulse: NDArray[np.float64]) -> None:
+        """Put a pulse, a value a step, on top of the output from the next sample on."""
+        self._pulse = pulse
+
     def samples(self, count: int) -> NDArray[np.float64]:
         """The next `count` values, V."""
+        out = self._steady(count)
+        now, self._pulse = self._pulse[:count], self._pulse[count:]
+        out[: len(now)] += now
+        return out
+
+    def _steady(self, count: int) -> NDArray[np.float64]:
         e = self._excitation
         if e.kind == "sine":
             advance = 2 * np.pi * e.frequency_Hz * self._step_s

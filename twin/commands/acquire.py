@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
+from recordings.run import StepState
 from recordings.whole import refuse_existing
 from twin.commands.common.options import FILE, FiniteRange, json_option, laws_option, overwrite_option
 from twin.commands.common.output import console, next_step, print_json, progress_bar, say, stage
@@ -94,7 +95,7 @@ def command(
             )
         except ValueError as error:
             raise InputError(instruments, "", str(error), "correct the channel in the instruments file") from error
-        sink = _CountingSink(writer, acquisition.take_indicators)
+        sink = _CountingSink(writer, acquisition.take_indicators, procedure)
         with writer:
             try:
                 with watched(watch, about) as shown:
@@ -122,8 +123,11 @@ def command(
 class _CountingSink:
     """The recording, with a count of what went into it, and what the meters have read meanwhile."""
 
-    def __init__(self, writer: RunWriter, take_indicators: Callable[[], Sequence[Indicator]]) -> None:
+    def __init__(
+        self, writer: RunWriter, take_indicators: Callable[[], Sequence[Indicator]], procedure: Procedure | None
+    ) -> None:
         self._writer = writer
+        self._hits = getattr(procedure, "hits", 0)
         self._take_indicators = take_indicators
         self.samples: Counter[str] = Counter()
         self.lost: Counter[str] = Counter()
@@ -145,8 +149,10 @@ class _CountingSink:
             self.write_indicator(replace(indicator, time_ns=self.end_ns))
 
     def write_step(self, step: Step) -> None:
-        """Record a step."""
+        """Record a step; of an impact test the operator is told where to hit."""
         self._writer.write_step(step)
+        if self._hits and step.state == StepState.SETTLING:
+            say(f"hit {step.sweep}, {step.index + 1} of {self._hits}")
 
     def write_event(self, event: Event) -> None:
         """Record an event."""

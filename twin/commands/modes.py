@@ -1,4 +1,4 @@
-"""``twin modes``: natural frequencies and damping from broadband recordings alone, without a model."""
+"""``twin modes``: natural frequencies, damping and shapes from hits or from noise, without a model or beside one."""
 
 from __future__ import annotations
 
@@ -9,107 +9,86 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
-from twin.commands.common.options import FILE, json_option, overwrite_option
-from twin.commands.common.output import print_json, print_tables, working
+from twin.commands.common.options import FILE, FiniteRange, json_option, overwrite_option
+from twin.commands.common.output import print_json, print_tables, say, typed, working
 
 if TYPE_CHECKING:
-    from twin.identify.modes.from_record import RecordedModes
+    from twin.identify.modes import ModalFit
 
 
 @click.command()
 @click.argument("run", metavar="RUN.mcap", type=FILE)
+@click.option("--rig", "rig_name", metavar="RIG", help="Whose modes they are compared with: pairs, MAC, nodes.")
 @click.option("--force", metavar="CHANNEL", help="The force; the only force channel if left out.")
 @click.option("--band", nargs=2, type=float, metavar="LOW HIGH", help="Hz; what the force excites if left out.")
+@click.option(
+    "--estimator", type=click.Choice(["H1", "H2", "Hv"]), help="Of an impact test's responses; H1 if left out."
+)  # fmt: skip
+@click.option(
+    "--force-window", type=FiniteRange(min=0, min_open=True), metavar="S",
+    help="Of an impact test: kept of the force to either side of its peak; the pulse if left out.",
+)  # fmt: skip
+@click.option(
+    "--exponential", type=FiniteRange(0, 1, min_open=True), metavar="SHARE",
+    help="Of an impact test: what the window leaves at a record's end, 1 for none; what the decay needs if left out.",
+)  # fmt: skip
 @click.option(
     "--out", metavar="MODES.csv", type=FILE,
     help="Table of frequencies, which 'twin identify' and 'twin diagnose' take.",
 )  # fmt: skip
 @click.option("--picture", metavar="FILE.png", type=FILE, help="The stabilisation chart.")
+@click.option("--report", metavar="FILE.html", type=FILE, help="Tables and all pictures.")
+@click.option("--save", metavar="FILE.rrd", type=FILE, help="Charts, and with a rig the shapes moving, for rerun.")
 @overwrite_option
 @json_option
 def command(
-    run: Path, force: str | None, band: tuple[float, float] | None, out: Path | None, picture: Path | None,
-    overwrite: bool, as_json: bool,
+    run: Path, rig_name: str | None, force: str | None, band: tuple[float, float] | None, estimator: str | None,
+    force_window: float | None, exponential: float | None, out: Path | None, picture: Path | None,
+    report: Path | None, save: Path | None, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Fit rational functions of rising order to the responses of RUN's first broadband stretch.
+    """Fit rational functions of rising order to the responses of RUN: an impact test, or its first broadband stretch.
 
     Poles that stay where they are as the order grows are modes; maximum likelihood then gives their frequencies,
-    damping ratios and standard deviations.
+    damping ratios and standard deviations.  Of an impact test double hits and overloads are set aside, and what is
+    wrong with windows and places is told.
     """
-    check_writable(out, picture, overwrite=overwrite)
+    check_writable(out, picture, report, save, overwrite=overwrite)
     if band is not None and not 0 < band[0] < band[1]:
         raise InputError("--band", "", f"{band[0]:g} to {band[1]:g} Hz is no band")
-    force, channels, found = _found(run, force, band)
-    modes = [
-        {
-            "frequency_Hz": {"value": mode.frequency_Hz, "std": mode.frequency_std_Hz},
-            "damping_ratio": {"value": mode.damping_ratio, "std": mode.damping_std},
-            "residues": {c: [r.real, r.imag] for c, r in zip(channels, mode.residues.tolist(), strict=True)},
-            "share_of_orders": mode.share,
-        }
-        for mode in found.fit.modes
-    ]
-    with whole_files(out, picture) as (table, drawn):
+    from recordings import read_run
+    from twin.identify.impacts import Reduction
+    from twin.lab.modal_test import modal_test
+    from twin.rigs import load_rig
+
+    rig = None if rig_name is None else load_rig(rig_name)
+    how = None
+    if (estimator, force_window, exponential) != (None, None, None):
+        how = Reduction(estimator=estimator or "H1", force_window_s=force_window, left=exponential)  # type: ignore[arg-type]
+    recorded = read_run(run)
+    with working("fitting modes"):
+        test = modal_test(recorded, force=force, band_Hz=band, rig=rig, reduction=how)
+    with whole_files(out, picture, report, save) as (table, drawn, page, view):
         if table is not None:
-            _write_table(found, table)
+            _write_table(test.found.fit, table)
         if drawn is not None:
             from twin.views.stabilisation import stabilisation_figure
 
-            stabilisation_figure(found.fit, found.response).savefig(drawn, format="png", dpi=150)
+            stabilisation_figure(test.found).savefig(drawn, format="png", dpi=150)
+        if page is not None:
+            test.report(page, commands=[typed()])
+        if view is not None:
+            from twin.views.rerun.modes import save_modes_view
+
+            save_modes_view(test.found, view)
     if as_json:
-        print_json({
-            "run": str(run), "force": force, "channels": list(channels), "modes": modes,
-            "chi2_per_dof": found.fit.chi2_per_dof, "lines": len(found.response.frequency_Hz),
-        })  # fmt: skip
+        print_json(test.to_dict())
     else:
-        _tell(found)
+        print_tables(*test.tables())
+    for note in test.found.notes:
+        say(("note", "yellow"), f": {note}")
+    say(test.sentence)
 
 
-def _found(
-    run: Path, force: str | None, band: tuple[float, float] | None
-) -> tuple[str, tuple[str, ...], RecordedModes]:
-    from recordings import read_run
-    from twin.identify.modes.from_record import modes_of_record
-    from twin.identify.spectrum import broadband_records
-
-    recorded = read_run(run)
-    forces = [name for name, channel in recorded.channels.items() if channel.quantity == "force"]
-    if force is None and len(forces) != 1:
-        raise InputError(run, "channels", f"holds {len(forces)} force channels", "name one with --force")
-    force = force or forces[0]
-    if force not in recorded.channels:
-        raise InputError(run, f"channel {force}", "not recorded", f"it has {', '.join(recorded.channels)}")
-    kinds = ("acceleration", "velocity", "displacement")
-    channels = tuple(n for n, c in recorded.channels.items() if c.quantity in kinds and n != force)
-    if not channels:
-        raise InputError(run, "channels", "holds no acceleration, velocity or displacement")
-    records = broadband_records(recorded, channels=[force, *channels])
-    if not records:
-        raise InputError(run, "/procedure", "holds no broadband stretch", "run a procedure of kind random")
-    with working("fitting modes"):
-        try:
-            return force, channels, modes_of_record(records[0], force=force, channels=channels, band_Hz=band)
-        except ValueError as error:
-            raise InputError(run, "", str(error)) from error
-
-
-def _write_table(found: RecordedModes, out: Path) -> None:
-    rows = [
-        f"{number},{mode.frequency_Hz:.8g},{mode.frequency_std_Hz:.3g}"
-        for number, mode in enumerate(found.fit.modes, 1)
-    ]
+def _write_table(fit: ModalFit, out: Path) -> None:
+    rows = [f"{number},{mode.frequency_Hz:.8g},{mode.frequency_std_Hz:.3g}" for number, mode in enumerate(fit.modes, 1)]
     out.write_text("\n".join(["mode,frequency_Hz,std_Hz", *rows]) + "\n", encoding="utf-8")
-
-
-def _tell(found: RecordedModes) -> None:
-    from twin.views.table import Table
-
-    rows = [
-        (
-            str(number), f"{mode.frequency_Hz:.4f}", f"{mode.frequency_std_Hz:.2g}", f"{100 * mode.damping_ratio:.4f}",
-            f"{100 * mode.damping_std:.2g}", f"{mode.share:.0%}",
-        )
-        for number, mode in enumerate(found.fit.modes, 1)
-    ]  # fmt: skip
-    head = ("mode", "frequency (Hz)", "std", "damping ratio (%)", "std", "in share of orders")
-    print_tables(Table(caption="Modes", head=head, rows=rows, numbers=range(6)))

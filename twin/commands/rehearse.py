@@ -73,8 +73,7 @@ def command(
     if watch.wanted and len(jobs) > 1:
         raise InputError("--preload", "", "is given more than once", "watch the rehearsal of one preload at a time")
     watch.check(overwrite=overwrite)
-    for job in jobs:
-        job.prepare()
+    asked = {job.prepare()[0].procedure for job in jobs}.pop()
     several = [str(part) for _, part in parts if len(parts) > 1]
     with staged_folder(out, results=[*RESULTS, *several], overwrite=overwrite, recovers=True) as folder:
         jobs = [replace(job, written=folder / part) for job, (_, part) in zip(jobs, parts, strict=True)]
@@ -92,6 +91,8 @@ def command(
         sys.exit(130)
     say(f"results in {out}")
     ready = out / parts[0][1] / "procedure.toml"
+    if asked == "impact":
+        next_step(f"twin modes {ready.with_name('run.mcap')} --rig {rig_name}")
     next_step(f"open {ready.with_name('report.html')}; on the rig, twin acquire {ready} --instruments FILE --out RUN")
     return int(any(one["must_not_run"] for one in results))
 
@@ -110,14 +111,14 @@ class _Job:
     watch: WatchOptions
     again: str = field(default_factory=typed)
 
-    def prepare(self) -> tuple[Procedure, Rig, SampleSource]:
-        """Everything that can be wrong is found here, before anything is written."""
+    def prepare(self, better: Procedure | None = None) -> tuple[Procedure, Rig, SampleSource]:
+        """Everything that can be wrong is found here, before anything is written; `better` is run in place of it."""
         from twin.procedures import load_procedure
         from twin.rehearsal import open_twin
         from twin.rigs import load_rig
         from twin.rigs.preloads import known_preload
 
-        asked = load_procedure(self.procedure)
+        asked = better or load_procedure(self.procedure)
         rig = load_rig(self.rig).driven_by(asked.drive)
         preload = known_preload(rig, self.preload)
         return asked, rig, open_twin(
@@ -159,8 +160,8 @@ class _Job:
         better = None
         if self.rounds:
             better = rehearse_until_clear(
-                first, lambda: self.prepare()[2], self.written / "improved.mcap", nominal=nominal, rounds=self.rounds,
-                on_step=meter.step, progress=meter.time, on_round=partial(meter.begin, "improving"),
+                first, lambda better: self.prepare(better)[2], self.written / "improved.mcap", nominal=nominal,
+                rounds=self.rounds, on_step=meter.step, progress=meter.time, on_round=partial(meter.begin, "improving"),
             )  # fmt: skip
         tell_assumed(assumed(rig))
         _tell(preload, first, wall_s)

@@ -32,26 +32,36 @@ _NEWTON = re.compile(r"\d+(\.\d+)?N")
 )
 @click.option("--preload", metavar="NAME", help="State of the joint; the rig's first if left out.")
 @click.option("--drive", metavar="NAME", help="Which of the rig's drives is connected; the first if left out.")
+@click.option("--hammer", metavar="PROCEDURE", help="An impact procedure: the rig is hit as it says, without a shaker.")
 @click.option("--meter", metavar="auto|PATH|HOST:PORT", help="A slow SCPI meter of preload and temperature.")
 @address_options
 @causes_option
 @laws_option
 @json_option
 def command(
-    rig_name: str, preload: str | None, drive: str | None, seed: int, meter: str | None, **options: Any
-) -> None:
+    rig_name: str, preload: str | None, drive: str | None, hammer: str | None, seed: int, meter: str | None,
+    **options: Any,
+) -> None:  # fmt: skip
     """Serve the virtual instruments of a rig over serial, TCP and CAN, until SIGINT or SIGTERM.
 
     Their addresses are printed as JSON lines when they are ready.
     """
     from recordings.streams import Excitation
     from twin.bench import open_bench
+    from twin.procedures import Impact, load_procedure
+    from twin.rehearsal import open_twin
     from twin.rigs import known_preload, load_rig
 
     rig = load_rig(rig_name).driven_by(drive)
     name = known_preload(rig, preload)
+    hits = load_procedure(hammer) if hammer is not None else None
+    if hammer is not None and not isinstance(hits, Impact):
+        raise InputError(hammer, "procedure", "is no impact test", "give one of hits, or leave --hammer out")
 
     def open_source() -> SampleSource:
+        if hits is not None:
+            open_twin(rig, hits, preload=name, seed=seed, source=rig_name).read(64)
+            return open_twin(rig, hits, preload=name, seed=seed, source=rig_name)
         try:
             # The first samples of a fresh installation compile the kernels, longer than any client waits: do it now.
             rehearsed = open_bench(rig, preload=name, seed=seed)

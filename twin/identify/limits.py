@@ -245,6 +245,47 @@ class Limits:
     """Knots of the law in a file, enough that its piecewise cubic functions are the splines that were fitted."""
     updated_rig_below: float = 3.0
     """First knot of the fitted law over the file's first one above zero."""
+    # impacts/hits.py
+    full_scale: float = 0.9999
+    """Share of a converter's range from which on a sample is on its limit: a bit short of it, of any converter."""
+    pulse_foot: float = 0.1
+    """Of a pulse's peak: where it is told to begin and end."""
+    pulse_ringing: int = 16
+    """Samples beside it in which an anti-aliasing filter rings."""
+    second_hit: float = 0.05
+    second_over_noise: float = 10.0
+    """Of the peak: a second pulse of this size makes 5 % ripples on the force's spectrum; and over the median of the
+    rest, which normal noise does not reach in a million samples."""
+    # impacts/reduction.py
+    window_wanted: float = 0.003
+    """Of the response at the record's end, that an exponential window is to leave: below what a lab reproduces."""
+    window_leaks: float = 0.02
+    """Left at the end, from which on leakage moves dampings by per cents."""
+    moving_before: float = 0.02
+    """Of the response, before the hit: two per cent of another hit's motion."""
+    excited: float = 0.01
+    """Power of the force over its largest, 20 dB down: up to there a hammer is said to excite."""
+    lowest_line: float = 10.0
+    """Over the record's length: below, drift and what holds a hung structure."""
+    force_taper: float = 0.5
+    """Share of the force window that its two ends take."""
+    coherent_lines: int = 9
+    """Over which the variance that coherence tells is averaged."""
+    # impacts/modes.py
+    loaded: float = 1e-3
+    """Relative change of a frequency by a mass that roves, from which on it is told: what a lab wants of one."""
+    window_drowns: float = 3.0
+    """Damping that a window adds, over a mode's own, from which on little is told of the mode's."""
+    satellite: float = 0.02
+    satellite_alike: float = 0.8
+    satellite_scatter_deg: float = 10.0
+    """Relative distance and MAC of a pole from a sharper one, whose decay it makes up for where frequency and damping
+    follow the amplitude; phase scatter from which on a shape is no lightly damped mode's."""
+    # modes/beside_model.py
+    at_a_node: float = 0.03
+    """Motion of a place in a mode, over the structure's largest, below which it hardly shows the mode."""
+    hardly_told_apart: float = 0.9
+    """MAC of two of a model's own modes, from which on a measured shape may be either's."""
     # modes/fit.py
     fit_window: float = 4.0
     """Ratio of the ends of the narrower bands."""

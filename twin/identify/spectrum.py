@@ -1,5 +1,6 @@
 """Broadband runs: spectral lines of the whole record, and H1 with coherence for the eye."""
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -69,19 +70,26 @@ class FrequencyResponse:
     averages: int
 
 
-def broadband_records(run: Run, *, channels: Sequence[str] | None = None) -> list[BroadbandRecord]:
+def broadband_records(
+    run: Run, *, channels: Sequence[str] | None = None, impacts: bool = False
+) -> list[BroadbandRecord]:
     """The measured broadband stretches of `run`.
 
     Parameters
     ----------
     channels
         What is wanted; by default all that are sampled as fast as the first one.
+    impacts
+        Take the hits of an impact test; they are no noise, nor need they all be at the rig's drive.
 
     Raises
     ------
     InputError
-        If channels that are asked for are not sampled alike, or one of them lost all samples of a stretch.
+        If it is an impact test and these are not wanted, channels that are asked for are not sampled alike, or one of
+        them lost all samples of a stretch.
     """
+    if not impacts and is_impact_test(run):
+        raise InputError(run.path, "procedure.toml", "is an impact test", "take it to 'twin modes'")
     rates = {name: run.device_of(name).sample_rate_Hz for name in channels or run.channels}
     rate = next(iter(rates.values()), 0.0)
     names = [name for name, value in rates.items() if value == rate]
@@ -127,6 +135,15 @@ def broadband_records(run: Run, *, channels: Sequence[str] | None = None) -> lis
                 )
             )
     return records
+
+
+def is_impact_test(run: Run) -> bool:
+    """Whether the procedure that a run brings along is one of hits."""
+    try:
+        table = tomllib.loads(run.attachments.get("procedure.toml", b"").decode())
+    except ValueError:
+        return False
+    return table.get("procedure") == "impact"
 
 
 def h1(record: BroadbandRecord, *, force: str, resolution_Hz: float = 0.25) -> FrequencyResponse:

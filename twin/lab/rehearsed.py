@@ -119,10 +119,10 @@ def rehearse_procedure(
     rig = rig.driven_by(asked.drive)
     name, named = known_preload(rig, preload), asked.procedure if procedure is asked else str(procedure)
 
-    def bench() -> SampleSource:
-        return open_twin(rig, asked, preload=name, seed=seed, source=source, named=named)
+    def bench(procedure: Procedure) -> SampleSource:
+        return open_twin(rig, procedure, preload=name, seed=seed, source=source, named=named)
 
-    first_bench = bench()
+    first_bench = bench(asked)
     folder = Path(tempfile.mkdtemp(prefix="twin-rehearsal-")) if out is None else made_folder(out)
     try:
         report("predicting the branches")

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from twin.lab.identified_mode import IdentifiedMode
     from twin.lab.identified_moduli import IdentifiedModuli
     from twin.lab.identified_responses import IdentifiedResponses
+    from twin.lab.modal_test import ModalTest
     from twin.lab.predicted import PredictedResponse
     from twin.lab.rehearsed import RehearsedProcedure
     from twin.procedures import Procedure
@@ -153,6 +154,18 @@ class LabRig(Shown):
         stages("looking at the recordings")
         with told_in_one_line(self.source, stages):
             return first_look(learnt, rig, held_out=kept, preload=preload)
+
+    def modes(self, run: AnyRun) -> ModalTest:
+        """Natural frequencies, damping and shapes of a recording's hits or noise, beside the rig's own.
+
+        Raises
+        ------
+        InputError
+            If it holds neither, or no mode.
+        """
+        from twin.lab.modal_test import modal_test
+
+        return modal_test(as_runs([run])[0], rig=self._structure())
 
     def identify(
         self, runs: Runs, *, preload: str | None = None, frequency_scatter: float | None = None,

@@ -2,7 +2,7 @@
 
 from twin.procedures.direct import DirectAcquisition
 from twin.procedures.grid import planned_steps
-from twin.procedures.kinds import Dwell, Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
+from twin.procedures.kinds import Dwell, Impact, Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
 from twin.procedures.recorder import RunSink
 from twin.procedures.results import ProcedureResult, StepResult
 from twin.procedures.run import check_channels, check_rate, run_procedure

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from twin.procedures.kinds import Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
+from twin.procedures.kinds import Impact, Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
 from twin.procedures.tables import Grid
 
 
@@ -30,6 +30,8 @@ def planned_steps(procedure: Procedure) -> int:
     """How many steps a procedure will measure; an adaptive grid may take more."""
     if isinstance(procedure, (Random, Multisine)):
         return 1
+    if isinstance(procedure, Impact):
+        return procedure.hits * len(procedure.places)
     ways = 2 if procedure.direction == "both" else 1
     if isinstance(procedure, SweptSine):
         return ways * len(procedure.voltages)

@@ -7,7 +7,19 @@ from pydantic import Field, model_validator
 
 from recordings.numbers import NonNegative, Positive
 from recordings.toml_input import Name, Table
-from twin.procedures.tables import MOST_STEPS, Controller, Duration, Frequency, Grid, Limits, Measure, Phase, Settle
+from twin.procedures.tables import (
+    MOST_STEPS,
+    Controller,
+    Duration,
+    Frequency,
+    Grid,
+    Hammer,
+    Limits,
+    Measure,
+    Phase,
+    Point,
+    Settle,
+)
 
 
 class _Common(Table):
@@ -181,4 +193,46 @@ class SweptSine(_Common):
         return self
 
 
-Procedure = SteppedSine | Dwell | RingDown | Random | Multisine | SweptSine
+class Impact(_Common):
+    """`hits` of an instrumented hammer at each `point`, each recorded for `record` seconds; no shaker is attached.
+
+    A record begins `pre_trigger` seconds before the force passes `trigger`, N; a hit is waited for up to `patience`
+    seconds.  The hammer roves over the points and the sensors stay; or the accelerometer `sensor` roves over them, and
+    the drive's place is hit.  Without points the drive's place is hit, and nothing roves.
+    """
+
+    procedure: Literal["impact"] = "impact"
+    sample_rate: Annotated[float, Field(ge=1, le=1e7)] = 5120.0
+    store: Literal["all", "settled"] = "settled"
+    hits: Annotated[int, Field(ge=1, le=1000)] = 4
+    record: Duration
+    pre_trigger: NonNegative = 0.02
+    trigger: Positive = 2.0
+    patience: Duration = 120.0
+    roving: Literal["hammer", "accelerometer"] = "hammer"
+    sensor: Name | None = None
+    point: list[Point] = Field(default=[], max_length=1000)
+    hammer: Hammer = Hammer()
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        if self.pre_trigger >= self.record:
+            raise ValueError(f"pre_trigger {self.pre_trigger:g} must be shorter than record {self.record:g}")
+        if (self.roving == "accelerometer") != (self.sensor is not None):
+            raise ValueError("'sensor' names the accelerometer that roves: it belongs to roving = 'accelerometer'")
+        names = [point.name for point in self.point]
+        if len(set(names)) < len(names):
+            raise ValueError("the points' names must be unique")
+        if self.trigger > (1 - 3 * self.hammer.scatter) * self.hammer.peak:
+            raise ValueError(f"trigger {self.trigger:g} N is not reached by every hit of {self.hammer.peak:g} N")
+        if max(self.hammer.double_hits, default=0) > self.hits * len(self.places):
+            raise ValueError(f"hammer.double_hits: there are {self.hits * len(self.places)} hits")
+        return self
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Names of the points, or of the drive's place where there are none."""
+        return tuple(point.name for point in self.point) or (self.drive or "drive",)
+
+
+Procedure = SteppedSine | Dwell | RingDown | Random | Multisine | SweptSine | Impact

@@ -18,6 +18,9 @@ class Limits:
     """Over which a level, or the fall of a transient, is seen well enough; of a multisine whole periods."""
     still_falling: float = 0.9
     """What has not fallen to this part of itself within `trial_s` does not fall: time constants up to 19 s do."""
+    # impact.py
+    looked_for_s: float = 0.1
+    """A hit is looked for in pieces of this length: several blocks of an instrument, and no wait that is felt."""
     # settling.py
     usual_damping_ratio: float = 0.0023
     """Of a bolted steel structure: what is assumed before the data tell."""

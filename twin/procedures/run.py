@@ -9,7 +9,8 @@ from recordings.quantities import follows_excitation, is_motion
 from recordings.run import Channel, StepState
 from recordings.streams import Acquisition
 from twin.procedures.broadband import run_multisine, run_random
-from twin.procedures.kinds import Multisine, Procedure, Random, SweptSine
+from twin.procedures.impact import run_impact
+from twin.procedures.kinds import Impact, Multisine, Procedure, Random, SweptSine
 from twin.procedures.recorder import Recorder, RunSink
 from twin.procedures.results import ProcedureResult, StepResult
 from twin.procedures.session import Session
@@ -74,6 +75,8 @@ def run_procedure(
             run_multisine(procedure, session)
         elif isinstance(procedure, SweptSine):
             run_swept_sine(procedure, session)
+        elif isinstance(procedure, Impact):
+            run_impact(procedure, session)
         else:
             run_sine(procedure, session, sample_rate_Hz=rate)
     except GuardTrip as trip:
@@ -121,7 +124,9 @@ def check_channels(procedure: Procedure, channels: Sequence[Channel], *, source:
     for name in procedure.limits.peak:
         if name not in known:
             raise InputError(source, f"limits.peak.{name}", "no such channel", has)
-    control = getattr(procedure, "control", "voltage")
+    control = "force" if isinstance(procedure, Impact) else getattr(procedure, "control", "voltage")
+    if isinstance(procedure, Impact) and procedure.sensor not in (None, *known):
+        raise InputError(source, "sensor", f"no channel {procedure.sensor!r}", has)
     if (control == "force" and target.quantity != "force") or (control == "response" and target.quantity == "force"):
         raise InputError(
             source, "control", f"{control!r} does not go with target_channel {target.name!r}, a {target.quantity}"

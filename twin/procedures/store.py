@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from recordings.errors import InputError
 from recordings.toml_input import Question, parse_toml, read_toml, shipped_or_file
 from recordings.whole import whole_file
-from twin.procedures.kinds import Dwell, Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
+from twin.procedures.kinds import Dwell, Impact, Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
 
 PROCEDURE_FILES = {path.stem: path for path in sorted(Path(__file__).parent.glob("*.toml"))}
 """The shipped procedures by name."""
@@ -21,6 +21,7 @@ KINDS: dict[str, type[BaseModel]] = {
     "random": Random,
     "multisine": Multisine,
     "swept-sine": SweptSine,
+    "impact": Impact,
 }
 
 

@@ -2,8 +2,9 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
+from recordings.directions import unit_vector
 from recordings.numbers import NonNegative, Positive
 from recordings.toml_input import Name, Table
 
@@ -107,6 +108,34 @@ class Controller(Table):
 
     tolerance: Annotated[float, Field(gt=0, le=0.5)] = 0.005
     start_voltage: Positive = 0.01
+
+
+class Point(Table):
+    """Where a hammer hits, or a roving accelerometer sits: a place on a part of the rig, and a direction there."""
+
+    name: Name
+    part: Name
+    at: NonNegative
+    direction: str | list[float] = "+y"
+
+    @field_validator("direction")
+    @classmethod
+    def _is_unit(cls, value: str | list[float]) -> str | list[float]:
+        unit_vector(value)
+        return value
+
+
+class Hammer(Table):
+    """How the twin's hammer hits: half sines of `width` seconds, `peak` newtons high, which scatter by a share.
+
+    The hits that `double_hits` names, counted from 1 over the whole test, bounce and hit a second time.
+    """
+
+    peak: Positive = 30.0
+    scatter: Annotated[float, Field(ge=0, le=0.2)] = 0.1
+    width: Annotated[float, Field(gt=0, le=0.1)] = 5e-4
+    double_hits: list[Annotated[int, Field(ge=1)]] = Field(default=[], max_length=1000)
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 1
 
 
 class Phase(Table):

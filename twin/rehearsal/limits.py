@@ -53,6 +53,9 @@ class Limits:
     too_short_wanted: float = 8.0
     """Averages at a resolution of a mode's half-power width: when to warn, and what is advised. n of them give its
     damping ratio within 1 / sqrt(pi n) of itself, a third and a fifth."""
+    left_of_a_hit: float = 0.1
+    wanted_of_a_hit: float = 0.03
+    """Of the lowest mode's decay at the record's end: when to warn, and what is advised."""
     # noise.py
     noise_averages: float = 12.0
     """Stretches that densities and responses are averaged over."""
@@ -65,6 +68,9 @@ class Limits:
     refine_widening: float = 0.4
     """Of the distance from there: how wide the steps become farther out, so that a place known badly is not passed
     over."""
+    # hammer.py
+    between_hits_s: float = 1.0
+    """From the end of a hit's record to the next hit."""
     # rehearsal.py
     rehearsal_near: float = 0.02
     """Of a resonance's largest response per force: a step with less of it lies so far off that it tells nothing of

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from recordings.quantities import is_motion, quantity
 from recordings.run import Channel
-from twin.procedures import Procedure, ProcedureResult, StepResult, SweptSine
+from twin.procedures import Impact, Procedure, ProcedureResult, StepResult, SweptSine
 from twin.procedures.limits import LIMITS as PROCEDURES_LIMITS
 from twin.rehearsal.bands import band_numbers
 from twin.rehearsal.limits import LIMITS
@@ -201,7 +201,7 @@ class Rehearsal:
     @property
     def _response_is_held(self) -> bool:
         procedure = self.procedure
-        return not isinstance(procedure, SweptSine) and procedure.control == "response"
+        return not isinstance(procedure, (SweptSine, Impact)) and procedure.control == "response"
 
     def _quality_factor(self, steps: Sequence[StepResult], channel: str) -> float:
         """Q of one degree of freedom: 1/H = k - m w2 + i w c, least squares weighted by H, over the peak's steps."""

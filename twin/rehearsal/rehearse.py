@@ -9,6 +9,7 @@ from recordings.streams import Acquisition, SampleSource
 from twin.bench import drive_limits, open_bench
 from twin.procedures import (
     DirectAcquisition,
+    Impact,
     Procedure,
     RunSink,
     StepResult,
@@ -19,6 +20,7 @@ from twin.procedures import (
 )
 from twin.rehearsal.checks import CHECKS
 from twin.rehearsal.gather import gathered
+from twin.rehearsal.hammer import hammered_twin
 from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.nominal import NominalRig
 from twin.rehearsal.rehearsal import Caution, Rehearsal
@@ -65,10 +67,14 @@ def open_twin(
         If the rig cannot be built, or has not the channels or the rate that the procedure asks for.
     """
     try:
-        bench = open_bench(
-            rig, preload=preload, seed=seed, sample_rate_Hz=procedure.sample_rate,
-            monitors=tuple(drive_limits(rig)),
-        )  # fmt: skip
+        bench: SampleSource
+        if isinstance(procedure, Impact):
+            bench = hammered_twin(rig, procedure, preload=preload, seed=seed)
+        else:
+            bench = open_bench(
+                rig, preload=preload, seed=seed, sample_rate_Hz=procedure.sample_rate,
+                monitors=tuple(drive_limits(rig)),
+            )  # fmt: skip
     except ValueError as error:
         raise InputError(source, "", str(error)) from error
     check_channels(procedure, bench.channels, source=named)
@@ -145,7 +151,7 @@ def rehearse(
 
 def rehearse_until_clear(
     first: Rehearsed,
-    make_source: Callable[[], SampleSource],
+    make_source: Callable[[Procedure], SampleSource],
     recording: Path,
     *,
     nominal: NominalRig,
@@ -159,7 +165,7 @@ def rehearse_until_clear(
     Parameters
     ----------
     make_source
-        Gives a fresh rig at rest for every round.
+        Gives a fresh rig at rest for the procedure of every round.
     recording
         The MCAP of the last round.
     nominal, progress, on_step
@@ -184,6 +190,6 @@ def rehearse_until_clear(
         if on_round is not None:
             on_round(better)
         latest = current = rehearse(
-            better, make_source(), recording, nominal=nominal, progress=progress, on_step=on_step
+            better, make_source(better), recording, nominal=nominal, progress=progress, on_step=on_step
         )
     return latest

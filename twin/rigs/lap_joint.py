@@ -166,6 +166,16 @@ class LapJointRig(Rig):
         own = self.joint.model_copy(update={"preload": joint.preload, "law": joint.law})
         return self.model_copy(update={"joint": own})
 
+    def hit_at(self, place: Place) -> Self:
+        """The same rig hit there by a hammer."""
+        position = self.layout().position(place) if place.part in ("lower", "upper") else None
+        if position is None or position > self.length:
+            raise ValueError(f"point: there is no place {place.at:g} on {place.part!r}; it has lower and upper")
+        cell = next(s for s in self.sensor if s.quantity == "force")
+        cell = cell.model_copy(update={"position": position, "mass": 0.0, "stinger_side_mass": 0.0})
+        sensors = [cell, *(s for s in self.sensor if s.quantity != "force")]
+        return self.model_copy(update={"sensor": sensors, "drive": Drive(position=position)})
+
     def with_moved_sensor(self, channel: str, place: Place) -> Self:
         """The same rig with a sensor elsewhere."""
         position = self.layout().position(place)

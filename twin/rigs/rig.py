@@ -95,6 +95,16 @@ class Rig(Table, ABC):
     def with_moved_sensor(self, channel: str, place: Place) -> Self:
         """The same rig with a sensor elsewhere."""
 
+    @abstractmethod
+    def hit_at(self, place: Place) -> Self:
+        """The same rig with its shakers and force cells taken off, and hit there by a hammer that has a force cell.
+
+        Raises
+        ------
+        ValueError
+            If there is no such place.
+        """
+
     @property
     def joints(self) -> tuple[ThinLayer, ...]:
         """In the file's order."""

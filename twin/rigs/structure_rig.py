@@ -334,6 +334,15 @@ class StructureRig(Rig):
             drives = [d.model_copy(update=update) if (d.part, d.at) == (moved.part, moved.at) else d for d in drives]
         return self.model_copy(update={"sensor": sensors, "drive": drives})
 
+    def hit_at(self, place: Place) -> Self:
+        """The same rig hit there by a hammer: its cell is the driving one's, its mass on nobody's side."""
+        self._check_place("point", place.part, place.at)
+        self._check_plane("point", place)
+        there: dict[str, Any] = {"part": place.part, "at": place.at, "direction": list(place.direction)}
+        cell = self.force_sensor.model_copy(update={**there, "mass": 0.0, "stinger_side_mass": 0.0})
+        sensors = [cell, *self.response_sensors]
+        return self.model_copy(update={"sensor": sensors, "drive": [PlacedDrive(name=self.shaker.name, **there)]})
+
 
 def _unique(what: str, names: Sequence[str]) -> None:
     twice = [name for name, count in Counter(names).items() if count > 1]

@@ -148,8 +148,7 @@ def _masses(m: ModelledRig) -> Iterator[str]:
 
 
 def _still_places(m: ModelledRig) -> Iterator[str]:
-    rows = np.concatenate([part.rows.reshape(-1, len(m.structure.M)) for part in drawn_parts(m.structure)])
-    largest = np.max(np.abs(rows @ m.modes.Phi[:, : USUAL.looked_at]), axis=0)
+    largest = largest_motion(m, USUAL.looked_at)
     strained = _largest_strains(m)
     for name, place in _places(m.rig):
         row = m.structure.row(place)
@@ -164,6 +163,12 @@ def _still_places(m: ModelledRig) -> Iterator[str]:
         if len(still):
             numbers = ", ".join(str(number + 1) for number in still)
             yield f"{name}: at a node of mode{'s' if len(still) > 1 else ''} {numbers}, or across its motion"
+
+
+def largest_motion(m: ModelledRig, count: int) -> Array:
+    """Largest displacement of any place along an axis in each of the first modes, (count,)."""
+    rows = np.concatenate([part.rows.reshape(-1, len(m.structure.M)) for part in drawn_parts(m.structure)])
+    return np.asarray(np.max(np.abs(rows @ m.modes.Phi[:, :count]), axis=0))
 
 
 def _largest_strains(m: ModelledRig) -> Array:

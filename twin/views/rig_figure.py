@@ -25,7 +25,7 @@ def rig_figure(modelled: ModelledRig) -> Figure:
     """The rig at rest above, and its first modes below."""
     structure = modelled.structure
     parts = drawn_parts(structure)
-    flat = _flat(parts)
+    flat = flat_parts(parts)
     figure = Drawing(figsize=(10.0, 8.4), layout="constrained")
     grid = figure.add_gridspec(3, 2, height_ratios=(1.5, 1.0, 1.0))
     options = {} if flat else {"projection": "3d"}
@@ -48,7 +48,7 @@ def rig_figure(modelled: ModelledRig) -> Figure:
     _frame(axes, parts, flat=flat)
     for number in range(min(MODES, modelled.modes.Phi.shape[1])):
         below = figure.add_subplot(grid[1 + number // 2, number % 2], **options)
-        _draw_mode(below, modelled, number, parts, None, flat=flat)
+        draw_mode(below, modelled, number, parts, None, flat=flat)
     legend(figure, columns=8)
     return figure
 
@@ -57,14 +57,14 @@ def modes_figure(evidence: MeasuredData, model: Fitted) -> Figure:
     """The first modes of a fitted model in space, over the parts at rest, with the sensors marked."""
     modelled = modelled_by(evidence, model)
     parts = drawn_parts(modelled.structure)
-    flat = _flat(parts)
+    flat = flat_parts(parts)
     marked = sensor_places(evidence)
     count = min(MODES, modelled.modes.Phi.shape[1])
     rows = -(-count // 2)
     figure = Drawing(figsize=(WIDTH_IN, (2.4 if flat else 3.4) * rows + 0.4), layout="constrained")
     for number in range(count):
         axes = figure.add_subplot(rows, 2, number + 1, **({} if flat else {"projection": "3d"}))
-        _draw_mode(axes, modelled, number, parts, marked, flat=flat)
+        draw_mode(axes, modelled, number, parts, marked, flat=flat)
     legend(figure)
     return figure
 
@@ -86,12 +86,12 @@ def extent(parts: Sequence[DrawnPart]) -> float:
     return float(np.max(np.ptp(points, axis=0)))
 
 
-def _flat(parts: Sequence[DrawnPart]) -> bool:
+def flat_parts(parts: Sequence[DrawnPart]) -> bool:
     """Whether all lies and moves in the plane z = 0."""
     return not any(np.any(part.points[:, 2]) or np.any(part.rows[2]) for part in parts)
 
 
-def _draw_mode(
+def draw_mode(
     axes: Any, modelled: ModelledRig, number: int, parts: Sequence[DrawnPart], marked: DrawnPart | None, *, flat: bool
 ) -> None:
     """One mode over the parts at rest, and what is marked where it has moved to."""
@@ -125,7 +125,7 @@ def scatter(axes: Any, points: Array, colour: str, mark: str, size: float, *, fl
 
 def draw_rest(figure: Figure, parts: Sequence[DrawnPart]) -> tuple[Any, bool]:
     """Axes with the parts at rest, and whether these are flat."""
-    flat = _flat(parts)
+    flat = flat_parts(parts)
     axes = figure.add_subplot(**({} if flat else {"projection": "3d"}))
     for part in parts:
         _draw(axes, part.points, part.edges, "#9a9a9a", flat=flat, width=1.6)

@@ -63,9 +63,7 @@ def test_noise_too_short_for_the_lowest_mode_is_told_and_lengthened(tmp_path):
     assert caution.severity == "warning"
     (noise,) = noise_tables(first.rehearsal, first.recording)
     assert noise_section(noise).pictures[0].draw().axes
-    better = rehearse_until_clear(
-        first, lambda: bench(first.rehearsal.procedure), tmp_path / "better.mcap", nominal=nominal
-    )
+    better = rehearse_until_clear(first, bench, tmp_path / "better.mcap", nominal=nominal)
     assert better.clear
     assert better.rehearsal.procedure.duration * WIDTH_Hz >= 8.0
 

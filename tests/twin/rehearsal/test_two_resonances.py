@@ -26,7 +26,7 @@ def receptance(frequency_Hz, natural_Hz, damping_ratio=0.003):
 def improved(tmp_path, procedure, rounds=1):
     nominal = NominalRig.of(STEEL, preload="120N")
 
-    def make():
+    def make(_=None):
         return open_twin(STEEL, procedure, preload="120N", seed=0, source="steel")
 
     first = rehearse(procedure, make(), tmp_path / "run.mcap", nominal=nominal)

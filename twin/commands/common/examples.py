@@ -44,6 +44,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "modes": (
         "twin modes random.mcap",
         "twin modes random.mcap --band 5 500 --out frequencies.csv --picture chart.png",
+        "twin modes hits.mcap --rig hung-lap-joint --estimator Hv --report modes.html",
     ),
     "identify": (
         "twin identify random.mcap sweeps.mcap --rig steel-lap-joint --out model.toml",

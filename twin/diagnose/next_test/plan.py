@@ -17,7 +17,7 @@ from twin.diagnose.next_test.separation import Promise, least_promise
 from twin.diagnose.result import NextSensor, NextTest
 from twin.identify.measured_data import MeasuredData
 from twin.identify.time_limit import time_is_up
-from twin.procedures import save_procedure
+from twin.procedures import Procedure, save_procedure
 from twin.rehearsal import NominalRig, Rehearsed, open_twin, rehearse, rehearse_until_clear
 from twin.rigs import Rig
 
@@ -119,11 +119,11 @@ def _rehearsed(proposal: Proposal, extended: Rig, preload: str) -> Rehearsed:
     """The proposal on the twin with the best model, improved where its rehearsal raises warnings."""
     nominal = NominalRig.of(extended, preload=preload)
 
-    def twin() -> SampleSource:
-        return open_twin(extended, proposal.procedure, preload=preload, seed=1, source=extended.name)
+    def twin(procedure: Procedure) -> SampleSource:
+        return open_twin(extended, procedure, preload=preload, seed=1, source=extended.name)
 
     with temporary_folder("twin-next-test") as folder:
-        first = rehearse(proposal.procedure, twin(), folder / "first.mcap", nominal=nominal)
+        first = rehearse(proposal.procedure, twin(proposal.procedure), folder / "first.mcap", nominal=nominal)
         better = rehearse_until_clear(first, twin, folder / "better.mcap", nominal=nominal, rounds=LIMITS.plan_rounds)
     return better or first
 

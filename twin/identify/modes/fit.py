@@ -35,6 +35,12 @@ class Mode:
     residues: Array
     share: float
 
+    @property
+    def pole(self) -> complex:
+        """In the s plane, rad/s."""
+        omega = 2 * np.pi * self.frequency_Hz
+        return complex(omega * (-self.damping_ratio + 1j * np.sqrt(1 - self.damping_ratio**2)))
+
 
 @dataclass(frozen=True, kw_only=True)
 class ModalFit:

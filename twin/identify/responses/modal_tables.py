@@ -9,6 +9,7 @@ from recordings.responses import FoundModes, Responses
 from twin.arrays import Array
 from twin.identify.estimate import Estimate
 from twin.identify.responses.limits import LIMITS
+from twin.identify.responses.pairing import paired
 from twin.identify.responses.parameters import parameters_of
 from twin.identify.responses.updating import (
     FrequencyPair,
@@ -116,20 +117,9 @@ def _beside(beam: BeamPart, point: Array) -> tuple[float, float]:
 
 def _pairs(measured: list[FoundModes], model: MatchedModes, where: Where) -> list[tuple[int, FoundModes]]:
     """Each measured mode with the number of the model's that is most like it, each of those once."""
-    cost = np.array([
-        [
-            abs(np.log(mode.frequency_Hz / Hz)) / LIMITS.modal_tables_farthest
-            + (1 - (_alike(mode, model, number, where) or 1.0)) / LIMITS.least_mac
-            for number, Hz in enumerate(model.Hz)
-        ]
-        for mode in measured
-    ])  # fmt: skip
-    found = []
-    while cost.size and np.min(cost) < 1:
-        row, column = np.unravel_index(np.argmin(cost), cost.shape)
-        found.append((int(column), measured[int(row)]))
-        cost[row], cost[:, column] = np.inf, np.inf
-    return sorted(found, key=lambda pair: pair[0])
+    alike = [[_alike(mode, model, number, where) or 1.0 for number in range(len(model.Hz))] for mode in measured]
+    rows = paired(np.array([mode.frequency_Hz for mode in measured]), model.Hz, np.array(alike))
+    return sorted(((column, measured[row]) for row, column in rows.items()), key=lambda pair: pair[0])
 
 
 def _alike(mode: FoundModes, model: MatchedModes, number: int, where: Where) -> float | None:

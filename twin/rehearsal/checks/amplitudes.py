@@ -1,6 +1,6 @@
 """What several checks ask for: other amplitudes."""
 
-from twin.procedures import Dwell, Multisine, Procedure, Random, RingDown, SteppedSine
+from twin.procedures import Dwell, Impact, Multisine, Procedure, Random, RingDown, SteppedSine
 
 
 def amplitudes_at_most(procedure: Procedure, offending: float, highest: float) -> dict[str, object]:
@@ -8,6 +8,8 @@ def amplitudes_at_most(procedure: Procedure, offending: float, highest: float) -
     highest = _short(highest)
     if isinstance(procedure, (Random, Multisine)):
         return {"rms": highest}
+    if isinstance(procedure, Impact):
+        return {"hammer": {**procedure.hammer.model_dump(), "peak": highest}}
     if isinstance(procedure, (SteppedSine, Dwell, RingDown)):
         kept = [a for a in procedure.amplitudes if a < offending * (1 - 1e-9) and a < highest]
         return {"amplitudes": [*kept, highest]}

@@ -5,7 +5,7 @@ Near a resonance the force falls, as the shaker meets a structure that moves; be
 
 from collections.abc import Iterator, Sequence
 
-from twin.procedures import Dwell, RingDown, SteppedSine, StepResult, SweptSine
+from twin.procedures import Dwell, Impact, RingDown, SteppedSine, StepResult, SweptSine
 from twin.rehearsal.checks.amplitudes import amplitudes_at_most
 from twin.rehearsal.checks.longer_wait import longer_wait
 from twin.rehearsal.limits import LIMITS
@@ -16,7 +16,7 @@ from twin.rehearsal.rehearsal import Caution, Rehearsal
 def check_drop_out(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Judge each sweep by the step with too little and by the one with too much."""
     procedure = rehearsal.procedure
-    if isinstance(procedure, SweptSine):
+    if isinstance(procedure, (SweptSine, Impact)):
         return
     tolerance = procedure.controller.tolerance
     for sweep in dict.fromkeys(step.sweep for step in rehearsal.result.steps):

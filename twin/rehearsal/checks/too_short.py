@@ -1,9 +1,9 @@
-"""Too short: noise that ends before the lowest mode in its band is resolved and averaged."""
+"""Too short: noise that ends before the lowest mode in its band is averaged, records that end before hits decay."""
 
 import math
 from collections.abc import Iterator
 
-from twin.procedures import Random
+from twin.procedures import Impact, Random
 from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
@@ -14,8 +14,10 @@ def averages(duration_s: float, frequency_Hz: float, damping_ratio: float) -> fl
 
 
 def check_length(rehearsal: Rehearsal) -> Iterator[Caution]:
-    """Judge random noise by the lowest mode in its band, which is the sharpest one."""
+    """Judge random noise and hits by the lowest mode that they excite, which is the sharpest and decays last."""
     procedure, mode = rehearsal.procedure, rehearsal.lowest_mode
+    if isinstance(procedure, Impact):
+        yield from _check_records(rehearsal, procedure)
     if not isinstance(procedure, Random) or mode is None or not rehearsal.result.steps:
         return
     frequency_Hz, ratio = mode
@@ -31,4 +33,24 @@ def check_length(rehearsal: Rehearsal) -> Iterator[Caution]:
         reason=f"{procedure.duration:g} s of noise make {count:.2g} averages at the resolution that the mode at "
         f"{frequency_Hz:.4g} Hz asks for, its width of {width_Hz:.2g} Hz: its damping cannot be told",
         advice=f"record {needed_s:g} s", changes={"duration": needed_s},
+    )  # fmt: skip
+
+
+def _check_records(rehearsal: Rehearsal, procedure: Impact) -> Iterator[Caution]:
+    """Whether what a hit leaves dies within its record."""
+    if not rehearsal.nominal.modes or not rehearsal.result.steps:
+        return
+    frequency_Hz, ratio = rehearsal.nominal.modes[0]
+    rate_per_s = 2 * math.pi * ratio * frequency_Hz
+    left = math.exp(-rate_per_s * (procedure.record - procedure.pre_trigger))
+    if left < LIMITS.left_of_a_hit:
+        return
+    needed_s = round(procedure.pre_trigger - math.log(LIMITS.wanted_of_a_hit) / rate_per_s, 1)
+    step = rehearsal.result.steps[0]
+    yield Caution(
+        kind="too-short", severity="warning", sweep=step.sweep, index=step.index, frequency_Hz=frequency_Hz,
+        steps=len(rehearsal.result.steps), size=left,
+        reason=f"a record of {procedure.record:g} s ends when the mode at {frequency_Hz:.4g} Hz has decayed to "
+        f"{left:.2g} only: it takes an exponential window that adds about as much damping as the mode has, or more",
+        advice=f"record {needed_s:g} s", changes={"record": needed_s},
     )  # fmt: skip

@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 from recordings.errors import printable
 from recordings.run import Run, StepState
 from twin.arrays import Array
-from twin.identify.spectrum import broadband_records, h1
+from twin.identify.spectrum import broadband_records, h1, is_impact_test
 from twin.views.curves import SteppedSweep, each_resonance, parted, stepped_sweeps
 from twin.views.extremes import extremes
 from twin.views.receptance import branch_curves, per_force_label, response_label
@@ -174,7 +174,7 @@ def _sweep_charts(
 def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spatial2DView]:
     """H1 of a broadband run, one chart for each response channel."""
     force = next((name for name, channel in run.channels.items() if channel.quantity == "force"), None)
-    records = broadband_records(run) if force else []
+    records = broadband_records(run) if force and not is_impact_test(run) else []
     if not records or force is None:
         return []
     views = []
