@@ -130,8 +130,8 @@ def minimise(
         if promised < LIMITS.gauss_newton_left * small or gained_little:
             ended = here
             break
-        accepted = False
-        for failed in range(LIMITS.gauss_newton_trials):
+        accepted = at_once = False
+        for trial_number in range(LIMITS.gauss_newton_trials):
             scaled = A + damping * np.diag(np.diag(A))
             step = np.zeros(len(x))
             step[free] = _solved(scaled[block], gradient[free])
@@ -150,7 +150,7 @@ def minimise(
                 r, Jr = evaluate(trial)
                 c = _square(r)
                 if c + p < chi2 + penalty and np.isfinite(Jr).all():
-                    accepted = True
+                    accepted, at_once = True, trial_number == 0
                     break
             damping *= 8.0
             bends = True
@@ -159,7 +159,7 @@ def minimise(
             break
         # Where damping alone kept the step short, the next one is longer.
         expected = chi2 + penalty - _square(residual - J @ (trial - x)) - p
-        gained_little = chi2 + penalty - c - p < small and (expected >= small or failed > 0)
+        gained_little = chi2 + penalty - c - p < small and (expected >= small or not at_once)
         x, residual, J, chi2, penalty = trial, r, Jr, c, p
         damping = max(damping / 8.0, 1e-14)
         history.append(chi2 + penalty)
