@@ -102,8 +102,13 @@ class Recording(Shown):
         for channel in self:
             about = self.run.channels[channel]
             axis = f"time_{about.device}" if several else "time"
-            told = {"quantity": about.quantity, "units": about.unit, "direction": about.direction}
-            told |= {} if about.position_m is None else {"position_m": about.position_m}
+            told: dict[str, str | float] = {
+                "quantity": about.quantity,
+                "units": about.unit,
+                "direction": about.direction,
+            }
+            if about.position_m is not None:
+                told["position_m"] = about.position_m
             coordinate = (axis, self.time_of(channel), {"units": "s"})
             variables[channel] = xarray.DataArray(self[channel], coords={axis: coordinate}, dims=axis, attrs=told)
         return xarray.Dataset(variables, attrs=dict(self.run.info))
