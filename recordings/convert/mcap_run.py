@@ -13,7 +13,7 @@ from recordings.writer import RunWriter
 __all__ = ["write_mcap"]
 
 
-def write_mcap(run: Run, path: Path) -> list[str]:
+def write_mcap(run: Run, path: str | Path) -> list[str]:
     """Write all of a run to MCAP, in order of time; nothing is left behind."""
     streams: list[Iterator[SampleBlock | Step | Event | Indicator]] = [
         iter(run.steps), iter(run.events), iter(sorted(run.indicators, key=lambda value: value.time_ns)),

@@ -1,4 +1,4 @@
-"""Readers of formats that most people do not need, and are installed when they are asked for."""
+"""Packages that most people do not need, and are installed when they are asked for."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from recordings.errors import InputError
 __all__ = ["extra"]
 
 
-def extra(module: str, path: Path) -> Any:
-    """A module of the extra ``import``; raises InputError with what to install if it is missing."""
+def extra(module: str, path: Path, *, of: str = "import") -> Any:
+    """A module of the extra `of`; raises InputError with what to install if it is missing."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
-        remedy = "pip install 'virtual-test-rig[import]'"
-        raise InputError(path, "", f"is read by {module}, which is not installed", remedy) from error
+        remedy = f"pip install 'virtual-test-rig[{of}]'"
+        raise InputError(path, "", f"needs {module}, which is not installed", remedy) from error

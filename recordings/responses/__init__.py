@@ -2,3 +2,5 @@
 
 from recordings.responses.found import End, FoundModes, FoundResponse, Responses
 from recordings.responses.read import are_responses, read_responses
+
+__all__ = ["End", "FoundModes", "FoundResponse", "Responses", "are_responses", "read_responses"]

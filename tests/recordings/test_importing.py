@@ -232,7 +232,7 @@ def test_a_reader_that_is_not_installed_is_named_with_what_installs_it(
 ) -> None:
     written(tmp_path / "a.tdms", "TDSm")
     monkeypatch.setitem(sys.modules, "nptdms", None)
-    assert "is read by nptdms, which is not installed; pip install 'virtual-test-rig[import]'" in refused(
+    assert "needs nptdms, which is not installed; pip install 'virtual-test-rig[import]'" in refused(
         tmp_path / "a.tdms"
     )
 

@@ -157,6 +157,9 @@ def _tell(found: DiagnosedRecordings | DiagnosedTables, data: dict[str, Any], ou
     )
     if data["causes"]:
         print_tables(causes_table(found.diagnosis.causes), to=console)
+    for cause in found.diagnosis.causes:
+        if cause.in_model and cause.advice:
+            say(f"{cause.cause}, on the rig: {cause.advice}")
     limits = [each for each in data.get("excluded", ()) if each["limit_95"] is not None][:3]  # the report has them all
     if data["verdict"] == "none" and limits:
         told = "; ".join(f"{each['cause']}, {each['parameter']} {each['limit_95']:.2g}" for each in limits)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from twin.cause_registry import advice_on
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.misfit import Misfit, Verdict
@@ -52,6 +53,12 @@ class NamedCause:
     confused_with: tuple[str, ...]
     parameters: Mapping[str, Estimate | str | tuple[int, ...]]
     in_model: bool
+
+    @property
+    def advice(self) -> str:
+        """What to do on the rig, and where to read on; empty on a cause from outside the package."""
+        advice = advice_on(self.cause)
+        return "" if advice is None else f"{advice.on_the_rig}  More in {advice.page}."
 
 
 @dataclass(frozen=True)
@@ -241,6 +248,7 @@ def answer_dict(verdict: Verdict, sentence: str, misfit: Misfit, causes: tuple[N
             {
                 "cause": c.cause,
                 "summary": c.summary,
+                "advice": c.advice,
                 "probability": c.probability,
                 "confused_with": list(c.confused_with),
                 "in_model": c.in_model,

@@ -2,3 +2,5 @@
 
 from twin.exchange.responses import FrequencyResponses, frequency_responses
 from twin.exchange.universal import write_universal
+
+__all__ = ["FrequencyResponses", "frequency_responses", "write_universal"]

@@ -52,7 +52,7 @@ class Cubic(_OneCoefficient):
 
 @dataclass(frozen=True)
 class QuadraticDrag(_OneCoefficient):
-    """f = c v |v| of a velocity; over its amplitude V the equivalent damping is 8 c V / (3 pi)."""
+    """``f = c v |v|`` of a velocity; over its amplitude V the equivalent damping is 8 c V / (3 pi)."""
 
     kind: ClassVar[int] = QUADRATIC_DRAG
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,12 +11,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from recordings import Run, read_run
+from recordings.importing.extras import extra
+from twin.arrays import Array
 from twin.lab.shown import Shown
 from twin.views.extremes import extremes
 from twin.views.style import AFTER, level_colour, unit_text
 from twin.views.table import Table
 
 if TYPE_CHECKING:
+    import pandas
+    import xarray
     from matplotlib.figure import Figure
 
     from twin.views.curves import SteppedSweep
@@ -24,9 +28,90 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Recording(Shown):
-    """A run in memory, its sweeps reduced when they are asked for."""
+    """A run in memory, its sweeps reduced when they are asked for.
+
+    ``run["acc1"]`` are the samples of a channel, and ``for channel in run`` goes through the channels.
+    """
 
     run: Run
+
+    def __iter__(self) -> Iterator[str]:
+        """Channels of which samples were recorded."""
+        return (channel for device in self.run.devices.values() for channel in device.values)
+
+    def __getitem__(self, channel: str) -> Array:
+        """Samples of a channel in its unit, (n,); those that were lost are NaN.
+
+        Raises
+        ------
+        KeyError
+            If none were recorded.
+        """
+        return self.run.device_of(channel).values[channel].astype(float)
+
+    @property
+    def time(self) -> Array:
+        """When each sample was taken, s since the first one, (n,).
+
+        Raises
+        ------
+        ValueError
+            If the run is of several devices, each with its own clock: see :meth:`time_of`.
+        """
+        if len(self.run.devices) != 1:
+            devices = ", ".join(self.run.devices)
+            raise ValueError(f"{self.run.path} has the clocks of {devices}: ask for time_of(a channel)")
+        return self.time_of(next(iter(self)))
+
+    def time_of(self, channel: str) -> Array:
+        """When each sample of a channel was taken, s since the first one of the run, (n,).
+
+        Raises
+        ------
+        KeyError
+            If no samples of that channel were recorded.
+        """
+        first = min(int(device.block_time_ns[0]) for device in self.run.devices.values())
+        return 1e-9 * (self.run.device_of(channel).times_ns() - first)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A column a channel, over time in s; where devices have their own clocks, NaN at the times of the others.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed.
+        """
+        pandas = extra("pandas", Path(self.run.path), of="frames")
+        return pandas.DataFrame({
+            channel: pandas.Series(self[channel], index=pandas.Index(self.time_of(channel), name="time, s"))
+            for channel in self
+        })  # fmt: skip
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A variable a channel, with quantity, unit and place, over the time of its device; the run's description.
+
+        Raises
+        ------
+        InputError
+            If xarray is not installed.
+        """
+        xarray = extra("xarray", Path(self.run.path), of="frames")
+        several = len(self.run.devices) > 1
+        variables = {}
+        for channel in self:
+            about = self.run.channels[channel]
+            axis = f"time_{about.device}" if several else "time"
+            told: dict[str, str | float] = {
+                "quantity": about.quantity,
+                "units": about.unit,
+                "direction": about.direction,
+            }
+            if about.position_m is not None:
+                told["position_m"] = about.position_m
+            coordinate = (axis, self.time_of(channel), {"units": "s"})
+            variables[channel] = xarray.DataArray(self[channel], coords={axis: coordinate}, dims=axis, attrs=told)
+        return xarray.Dataset(variables, attrs=dict(self.run.info))
 
     @property
     def sentence(self) -> str:

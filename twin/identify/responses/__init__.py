@@ -1,3 +1,5 @@
 """Frequency responses that a lab measured with its own programs, as evidence beside broadband runs."""
 
 from twin.identify.responses.evidence import gather_responses
+
+__all__ = ["gather_responses"]

@@ -2,3 +2,5 @@
 
 from twin.rigs.matrices.found import ORDER_LIMIT, FoundMatrix
 from twin.rigs.matrices.read import read_matrix
+
+__all__ = ["ORDER_LIMIT", "FoundMatrix", "read_matrix"]

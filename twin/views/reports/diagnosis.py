@@ -100,7 +100,9 @@ def causes_section(causes: Sequence[NamedCause]) -> Section | None:
     if not causes:
         return None
     return Section(
-        title="Causes", tables=[causes_table(causes)], items=[f"{cause.cause}: {cause.summary}." for cause in causes]
+        title="Causes",
+        tables=[causes_table(causes)],
+        items=[f"{cause.cause}: {cause.summary}.  {cause.advice}".rstrip() for cause in causes],
     )
 
 
