@@ -20,6 +20,8 @@ class Limits:
         20480.0,
         25600.0,
         51200.0,
+        102400.0,
+        204800.0,
     )
     """Rates the converter has."""
     internal_rate_Hz: float = 11264.0

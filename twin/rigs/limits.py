@@ -25,6 +25,10 @@ class Limits:
     # preloads.py
     preloads_near: float = 0.05
     """Departure of a recorded preload from the rig's that needs no mention."""
+    # lap_joint.py, structure_rig.py
+    most_sensors: int = 128
+    most_elements: int = 10_000
+    """Of a rig, and of a beam: more are a slip of the pen on a bench; time and memory grow in proportion."""
     # structure_rig.py
     bench_finer: float = 1.5
     """Elements of beams on the bench, over the file's; layers have twice as many."""
