@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from twin.bench.force_factor import lost_force
 from twin.bench.limits import LIMITS
 from twin.bench.linear import Poles
+from twin.bench.many_places import correct
 from twin.joint.elimination import eliminate
 from twin.joint.kernel import COMPILED, evaluate, remember
 from twin.joint.kinds import FORCE_FACTOR, FUNCTIONS, HINGES, POLYNOMIAL, SLIDERS
@@ -37,6 +38,8 @@ ITERATIONS = 100
 """Newton steps, and trials of shorter ones, before a step counts as failed; two or three are usual."""
 SHORTEST = 0.01
 """Of a Newton step over kinks."""
+MANY = 5
+"""Local coordinates from which on kinked laws are corrected by what changed, :mod:`twin.bench.many_places`."""
 
 
 @dataclass(frozen=True)
@@ -154,7 +157,9 @@ def integrate(step: Step, elements: Elements, w: Matrix, y: Matrix, u: Matrix, v
     for e in range(kind.shape[0]):
         coupled = coupled or kind[e] == FORCE_FACTOR
         smooth = smooth and kind[e] not in (SLIDERS, HINGES, POLYNOMIAL, FORCE_FACTOR, FUNCTIONS)
+    many = locals_ >= MANY and not smooth and not coupled
     cross = np.zeros((locals_, locals_))
+    kept, S = np.zeros(locals_), np.zeros((locals_, locals_))
     origin, move, length, last = np.zeros(locals_), np.zeros(locals_), 1.0, 0.0
     outputs = first + channels
     free = np.zeros(outputs)
@@ -212,6 +217,8 @@ def integrate(step: Step, elements: Elements, w: Matrix, y: Matrix, u: Matrix, v
                 first_step = (a11 * r[0] - a01 * r[1]) / determinant
                 r[1] = (a00 * r[1] - a10 * r[0]) / determinant
                 r[0] = first_step
+            elif many:
+                correct(D, tangent, kept, S, r, iteration)
             else:
                 for a in range(locals_):
                     for b in range(locals_):
