@@ -53,7 +53,7 @@ class RigOfPlaces:
     def linear(self) -> LinearRig:
         """From force and local forces to the displacements at the places and the acceleration that is shown."""
         k = np.arange(1, STATICS + 1)
-        omega = 2 * np.pi * FIRST_Hz * k**2
+        omega = np.asarray(2 * np.pi * FIRST_Hz * k**2, np.float64)
         residual = np.zeros((STATICS, STATICS))
         rest = k[self.modes :] - 1
         residual[rest, rest] = 1.0 / omega[rest] ** 2
