@@ -8,14 +8,12 @@ places squared, where an elimination would cost places cubed.  S decides how fas
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.bench.limits import LIMITS
 from twin.joint.kernel import COMPILED
 
 Matrix = NDArray[np.float64]
 
-CHANGED = 1e-3
-"""Change of a tangent times the flexibility there that S does not follow: Newton contracts by as much."""
-SLOW = 12
-"""Newton steps after which rounding in S is the likely reason that there are so many, and it is made anew."""
+CHANGED, SLOW = LIMITS.many_changed, LIMITS.many_slow
 
 
 @COMPILED
