@@ -23,12 +23,12 @@ def march_saturating(c: Coefficients, k: float, e0: float, drive: Array) -> Arra
     return out
 
 
-def march_jenkins(c: Coefficients, stiffness: float, slip: float, drive: Array) -> tuple[Array, int]:
-    """The shown channel, (count,), of a rig with equal Jenkins elements, and the steps that did not converge."""
+def march_jenkins(c: Coefficients, stiffness: float, slip: float, drive: Array) -> Array:
+    """The shown channel, (count,), of a rig with equal Jenkins elements."""
     pole, Gamma, C = (_split(each) for each in (c.decay, c.Gamma.T, c.C))
     out = np.empty(len(drive))
-    failures = _jenkins(*pole, *Gamma, *C, np.ascontiguousarray(c.D), stiffness, slip, drive, out)
-    return out, failures
+    assert _jenkins(*pole, *Gamma, *C, np.ascontiguousarray(c.D), stiffness, slip, drive, out) == 0
+    return out
 
 
 def _split(values: Complex) -> tuple[Array, Array]:
