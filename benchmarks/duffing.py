@@ -73,7 +73,7 @@ def duffing() -> Measured:
             sizes.append(amplitude[0])
         return np.array(sizes)
 
-    mine, other = timed_in_turns(ours, theirs, repeats=3)
+    mine, other = timed_in_turns(ours, theirs, tries=3)
     found, expected = ours(), theirs()
     points = len(OMEGA)
     return Measured(

@@ -64,7 +64,7 @@ def gauss_newton_step() -> Measured:
         J, r = (by / at[:, None]) * start, np.log(measured / at)
         return np.linalg.lstsq(np.vstack([J.real, J.imag]), np.concatenate([r.real, r.imag]), rcond=None)[0]
 
-    mine, other = timed_in_turns(lambda: step(analytic), lambda: step(differences), repeats=3, ours_each=10)
+    mine, other = timed_in_turns(lambda: step(analytic), lambda: step(differences), tries=3)
     (at, ours), (_, theirs) = analytic(), differences()
     scale = np.abs(theirs * start / at[:, None]).max()
     error = float(np.abs((ours - theirs) * start / at[:, None]).max() / scale)

@@ -4,10 +4,7 @@ from collections.abc import Callable
 
 from benchmarks import wires
 from benchmarks.duffing import duffing
-from benchmarks.equivalent_linear import equivalent_linear_sweep
 from benchmarks.gauss_newton import gauss_newton_step
-from benchmarks.harmonic_balance import balance, ten_sliders
-from benchmarks.integrators import against_solve_ivp
 from benchmarks.measured import Measured
 from benchmarks.start import start
 from benchmarks.streaming import streaming
@@ -15,11 +12,7 @@ from benchmarks.three_modes import gauss_newton_three_modes
 
 BENCHMARKS: dict[str, Callable[[], Measured]] = {
     "streaming": streaming,
-    "streaming-against-solve-ivp": against_solve_ivp,
-    "harmonic-balance": balance,
-    "harmonic-balance-ten-sliders": ten_sliders,
     "duffing": duffing,
-    "equivalent-linear-sweep": equivalent_linear_sweep,
     "gauss-newton-step": gauss_newton_step,
     "gauss-newton-three-modes": gauss_newton_three_modes,
     "start": start,

@@ -51,24 +51,22 @@ def least_seconds(work: Callable[[], Any], repeats: int) -> float:
     return min(_seconds(work) for _ in range(repeats))
 
 
-def timed_in_turns(
-    ours: Callable[[], Any], other: Callable[[], Any], *, repeats: int = 5, ours_each: int = 5
-) -> tuple[float, float]:
-    """Shortest times of two works that take turns, so that a busy moment of the machine meets both.
+def timed_in_turns(*works: Callable[[], Any], tries: int = 7, least_s: float = 0.02) -> list[float]:
+    """Seconds of each work: the shortest of as many tries for all, taken in turns, so that a busy moment meets each.
 
-    The first run of each, with its compilation, is not counted.  The shorter work runs `ours_each` times a turn.
+    A try repeats its work until it has lasted `least_s`.  A first run of each, with its compilation, is not counted.
     """
-    ours()
-    other()
-    best_ours = best_other = float("inf")
-    for _ in range(repeats):
-        best_other = min(best_other, _seconds(other))
-        best_ours = min(best_ours, min(_seconds(ours) for _ in range(ours_each)))
-    return best_ours, best_other
+    repeats = []
+    for work in works:
+        work()
+        repeats.append(1 + int(least_s / max(_seconds(work), 1e-9)))
+    found = [[_seconds(work, repeat) for work, repeat in zip(works, repeats, strict=True)] for _ in range(tries)]
+    return [min(of_work) for of_work in zip(*found, strict=True)]
 
 
-def _seconds(work: Callable[[], Any]) -> float:
-    """Of the processor, on all threads: what else runs on the machine does not count."""
+def _seconds(work: Callable[[], Any], repeats: int = 1) -> float:
+    """Of the processor, on all threads, for one of several runs: what else runs on the machine does not count."""
     start = time.process_time()
-    work()
-    return time.process_time() - start
+    for _ in range(repeats):
+        work()
+    return (time.process_time() - start) / repeats

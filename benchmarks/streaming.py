@@ -1,7 +1,7 @@
 """Samples of the whole rig, four channels with noise and converter, over real time."""
 
-from benchmarks.integrators import VOLTS, FREQUENCY_Hz, RATE_Hz, marched
 from benchmarks.measured import Measured, least_seconds
+from benchmarks.step_error import VOLTS, FREQUENCY_Hz, RATE_Hz, step_error
 from recordings.streams import Excitation
 from twin.bench import open_bench
 from twin.rigs import load_rig
@@ -15,6 +15,6 @@ def streaming() -> Measured:
     bench.set_output(Excitation(kind="sine", amplitude_V=VOLTS, frequency_Hz=FREQUENCY_Hz))
     seconds = least_seconds(lambda: bench.read(CHUNK), 300)
     return Measured(
-        ratio=CHUNK / RATE_Hz / seconds, promise=150, against="real time at 25.6 kHz", error=marched()[1],
+        ratio=CHUNK / RATE_Hz / seconds, promise=150, against="real time at 25.6 kHz", error=step_error(),
         more={"channels": len(bench.channels)},
     )  # fmt: skip

@@ -64,7 +64,7 @@ def gauss_newton_three_modes() -> Measured:
         return full.log_response(baseline)
 
     # Differences take as many responses as there are unknowns, and one: each is the same work.
-    mine, other = timed_in_turns(ours, one, repeats=1, ours_each=10)
+    mine, other = timed_in_turns(ours, one, tries=1)
     other *= 1 + len(columns)
     J, at = ours(), one()
     unit = np.where(np.arange(len(columns)) < LINEAR, 1.0, baseline.base.E[0])

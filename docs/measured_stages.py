@@ -181,7 +181,7 @@ def _speed(answer: dict[str, Any]) -> Table:
 
 
 def _speed_line(answer: dict[str, Any]) -> str:
-    named = ("streaming", "streaming-against-solve-ivp", "gauss-newton-step")
+    named = ("streaming", "gauss-newton-step", "gauss-newton-three-modes")
     return "; ".join(f"{_number(answer[name]['ratio'], 2)} times {answer[name]['against']}" for name in named)
 
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from studies.shear_derivatives import timoshenko_mass_derivative, timoshenko_stiffness_derivative
-from twin.structure.assembly import add_chain
+from twin.structure.assembly import chain
 from twin.structure.beam import beam_mass, beam_stiffness
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
@@ -21,8 +22,8 @@ def shear_change(structure: Structure, shear_ratio: float) -> tuple[Matrix, Matr
     M_change, K_change, dM, dK : ndarray, (n, n)
         To be added to M and K0, and their derivatives with respect to `shear_ratio`.
     """
-    size = len(structure.basis)
-    total = np.zeros((4, size, size))
+    size = structure.sparse_basis.shape[0]
+    total = [csr_array((size, size))] * 4
     for mesh in structure.meshes.values():
         if not isinstance(mesh, BeamMesh):
             continue
@@ -33,11 +34,13 @@ def shear_change(structure: Structure, shear_ratio: float) -> tuple[Matrix, Matr
         section = {"mass_per_length": m, "radius2": radius2, "shear_ratio": shear_ratio}
         bending = {"EI": EI, "radius2": radius2, "shear_ratio": shear_ratio}
         thick = beam_stiffness(EA=EA, EI=EI, length=length, shear_ratio=shear_ratio)
-        add_chain(
-            total[0], mesh, timoshenko_mass(**section, length=length) - beam_mass(mass_per_length=m, length=length)
+        changes = (
+            timoshenko_mass(**section, length=length) - beam_mass(mass_per_length=m, length=length),
+            thick - beam_stiffness(EA=EA, EI=EI, length=length),
+            timoshenko_mass_derivative(**section, length=length),
+            timoshenko_stiffness_derivative(**bending, length=length),
         )
-        add_chain(total[1], mesh, thick - beam_stiffness(EA=EA, EI=EI, length=length))
-        add_chain(total[2], mesh, timoshenko_mass_derivative(**section, length=length))
-        add_chain(total[3], mesh, timoshenko_stiffness_derivative(**bending, length=length))
-    M_change, K_change, dM, dK = (structure.basis.T @ A @ structure.basis for A in total)
+        total = [whole + chain(mesh, change, size) for whole, change in zip(total, changes, strict=True)]
+    basis = structure.sparse_basis
+    M_change, K_change, dM, dK = ((basis.T @ A @ basis).toarray() for A in total)
     return M_change, K_change, dM, dK

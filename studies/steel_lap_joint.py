@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from studies.eigensensitivity import FrequencyUpdate, Parameter
 from studies.identifiability import profile_likelihood
@@ -141,7 +142,7 @@ def _clamp(rig: Rig, rescans: int) -> SteelUpdate:
     """The clamp turns: its rotation becomes a coordinate with a spring."""
     one, two = (assemble(rig, layout=rig.layout().with_yielding_supports(1 / k)) for k in (1.0, 2.0))
     spring = two.K0 - one.K0
-    structure, zero = replace(one, K0=one.K0 - spring), np.zeros_like(spring)
+    structure, zero = replace(one, sparse_K0=one.sparse_K0 - csr_array(spring)), np.zeros_like(spring)
     effect = SharedEffect(
         Parameter("rotational_stiffness", 1e4, lower=1.0, upper=1e12), lambda k: (zero, k * spring, zero, spring)
     )

@@ -19,11 +19,16 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from twin.kernel_cache import find_cache_place
+
 if TYPE_CHECKING:
     from recordings import InputError
     from twin.lab import LabRig, Recording, load_rig, load_run
 
 __all__ = ["InputError", "LabRig", "Recording", "load_rig", "load_run"]
+
+
+find_cache_place()
 
 
 def __getattr__(name: str) -> Any:

@@ -13,20 +13,11 @@ from benchmarks.lines import BENCHMARKS
 from twin.commands.speed import command
 
 
-@pytest.mark.parametrize(
-    ("name", "error"),
-    [
-        ("equivalent-linear-sweep", 1e-4),
-        ("harmonic-balance", 1e-4),
-        ("harmonic-balance-ten-sliders", 1e-3),
-        pytest.param("gauss-newton-step", 2e-3, marks=pytest.mark.slow),
-        pytest.param("gauss-newton-three-modes", 2e-3, marks=pytest.mark.slow),
-    ],
-)
-def test_both_sides_agree(name, error):
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["gauss-newton-step", "gauss-newton-three-modes"])
+def test_both_sides_agree(name):
     """The banded full model has all modes; ours eighteen, and the rest as statics."""
-    row = BENCHMARKS[name]()
-    assert 0 <= row.error < error
+    assert 0 <= BENCHMARKS[name]().error < 2e-3
 
 
 @pytest.mark.slow
@@ -49,7 +40,7 @@ def test_a_rival_that_is_not_installed_is_said(monkeypatch):
 def test_a_line_that_there_is_not_is_bad_usage():
     result = CliRunner().invoke(command, ["--only", "streeming"])
     assert result.exit_code == 2
-    assert "streaming-against-solve-ivp" in result.output
+    assert "streaming" in result.output
 
 
 @pytest.mark.nightly

@@ -292,7 +292,7 @@ def open_bench(
     joint_law
         Of all joints, or by their names, in place of the rig file's; without either a joint is linear.
     sample_rate_Hz
-        The nearest of :data:`LIMITS.sample_rates_Hz` is taken.
+        The nearest of :data:`LIMITS.sample_rates_Hz` is taken, and none above the highest.
     drive
         ``force`` takes the shaker away and applies the generator's volts as newtons, as for a rig that has none.
     monitors
@@ -309,10 +309,13 @@ def open_bench(
     Raises
     ------
     ValueError
-        If an effect has wrong parameters, there is no such monitor, or the joint's law is not passive.
+        If an effect has wrong parameters, there is no such monitor, the joint's law is not passive, or the rate is
+        above the converter's highest.
     KeyError
         If there is no such preload.
     """
+    if sample_rate_Hz > max(LIMITS.sample_rates_Hz):
+        raise ValueError(f"{sample_rate_Hz:g} Hz is above the highest sample rate, {max(LIMITS.sample_rates_Hz):g} Hz")
     plan = planned(
         assembled(rig, seed=seed), preload=preload, effects=effects, joint_law=joint_law, monitors=monitors,
         layout=layout,

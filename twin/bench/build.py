@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from recordings.quantities import is_response, quantity
 from twin.bench.force_factor import ForceFactor
@@ -22,6 +23,7 @@ from twin.rigs import LawOfRig, NamedLaws, Place
 from twin.structure import assemble, layer_points, normal_modes, rigid_motions
 from twin.structure.law_table import layer_table
 from twin.structure.modes import MOST_RIGID
+from twin.structure.sparse import handy
 
 Matrix = NDArray[np.float64]
 
@@ -239,9 +241,11 @@ def altered_matrices(plan: Plan) -> tuple[Matrices, int]:
     for number, joint in enumerate(plan.joints):
         if joint.gradient:
             structure = structure.with_gradient(joint.gradient, joint=number)
-    K_E, K_G = [joint.KE for joint in structure.joints], [joint.KG for joint in structure.joints]
-    C = structure.B_C.T @ structure.B_C
-    matrices = Matrices(structure.M.copy(), structure.K0.copy(), K_E, K_G, C, structure)
+    layers, dampers = [joint.sparse for joint in structure.joints], csr_array(structure.B_C)
+    matrices = Matrices(
+        handy(structure.sparse_M), handy(structure.sparse_K0), [handy(normal) for normal, _ in layers],
+        [handy(shear) for _, shear in layers], handy(csr_array(dampers.T @ dampers)), structure,
+    )  # fmt: skip
     for change in plan.matrix_changes:
         change(matrices)
     K = with_layers(
@@ -254,7 +258,8 @@ def altered_matrices(plan: Plan) -> tuple[Matrices, int]:
     added[:rigid] = (2 * np.pi * LIMITS.build_suspension_Hz) ** 2
     off = modes.omega[rigid:][: len(plan.frequency_errors)]
     added[rigid : rigid + len(off)] = 2 * off**2 * plan.frequency_errors[: len(off)]
-    matrices.K0 += held @ (added[:, None] * held.T)
+    if added.any():
+        matrices.K0 = np.asarray(matrices.K0 + held @ (added[:, None] * held.T))
     return matrices, rigid
 
 

@@ -20,6 +20,8 @@ class Limits:
         20480.0,
         25600.0,
         51200.0,
+        102400.0,
+        204800.0,
     )
     """Rates the converter has."""
     internal_rate_Hz: float = 11264.0
@@ -51,6 +53,13 @@ class Limits:
     # layer.py
     reference_opening: float = 1.5e-5
     """End of tabulated laws, m of opening."""
+    # many_places.py, marching.py
+    many_from: int = 5
+    """Local coordinates from which on it is quicker to follow changes than to eliminate."""
+    many_changed: float = 1e-3
+    """Change of a tangent times the flexibility there that is not followed: Newton contracts by as much."""
+    many_slow: int = 12
+    """Newton steps after which rounding is the likely reason that there are so many, and all is made anew."""
     # marching.py
     marching_lanes: int = 16
     """Poles are padded to multiples of this, so that loops over real and imaginary parts fill whole vector

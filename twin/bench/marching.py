@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from twin.bench.force_factor import lost_force
 from twin.bench.limits import LIMITS
 from twin.bench.linear import Poles
+from twin.bench.many_places import correct
 from twin.joint.elimination import eliminate
 from twin.joint.kernel import COMPILED, evaluate, remember
 from twin.joint.kinds import FORCE_FACTOR, FUNCTIONS, HINGES, POLYNOMIAL, SLIDERS
@@ -37,6 +38,8 @@ ITERATIONS = 100
 """Newton steps, and trials of shorter ones, before a step counts as failed; two or three are usual."""
 SHORTEST = 0.01
 """Of a Newton step over kinks."""
+MANY = LIMITS.many_from
+"""Local coordinates from which on kinked laws are corrected by what changed, :mod:`twin.bench.many_places`."""
 
 
 @dataclass(frozen=True)
@@ -113,8 +116,10 @@ def coefficients(poles: Poles, step_s: float) -> Coefficients:
 
 def packed(poles: Complex) -> Matrix:
     """Real parts, then imaginary parts, of poles along the last axis, each with zeros up to whole vectors."""
-    pad = [(0, 0)] * (poles.ndim - 1) + [(0, -poles.shape[-1] % LIMITS.marching_lanes)]
-    return np.ascontiguousarray(np.concatenate([np.pad(poles.real, pad), np.pad(poles.imag, pad)], axis=-1))
+    n = poles.shape[-1]
+    found = np.zeros((*poles.shape[:-1], 2, n + -n % LIMITS.marching_lanes))
+    found[..., 0, :n], found[..., 1, :n] = poles.real, poles.imag
+    return found.reshape(*poles.shape[:-1], -1)
 
 
 @COMPILED
@@ -154,7 +159,9 @@ def integrate(step: Step, elements: Elements, w: Matrix, y: Matrix, u: Matrix, v
     for e in range(kind.shape[0]):
         coupled = coupled or kind[e] == FORCE_FACTOR
         smooth = smooth and kind[e] not in (SLIDERS, HINGES, POLYNOMIAL, FORCE_FACTOR, FUNCTIONS)
+    many = locals_ >= MANY and not smooth and not coupled
     cross = np.zeros((locals_, locals_))
+    kept, S = np.zeros(locals_), np.zeros((locals_, locals_))
     origin, move, length, last = np.zeros(locals_), np.zeros(locals_), 1.0, 0.0
     outputs = first + channels
     free = np.zeros(outputs)
@@ -183,7 +190,7 @@ def integrate(step: Step, elements: Elements, w: Matrix, y: Matrix, u: Matrix, v
                 u[1 + a] += scale[e] * force
                 tangent[a] += scale[e] * slope
             if coupled:
-                _couple(kind, coordinate, parameters, y, u, cross)
+                couple(kind, coordinate, parameters, y, u, cross)
             solved = True
             for a in range(locals_):
                 value = y[a] - p[a]
@@ -205,13 +212,17 @@ def integrate(step: Step, elements: Elements, w: Matrix, y: Matrix, u: Matrix, v
                         y[a] = origin[a] - length * move[a]
                     continue
                 last, length = norm, 1.0
-            if locals_ == 2:
+            if locals_ == 1:
+                r[0] /= 1.0 - D[0, 1] * tangent[0]
+            elif locals_ == 2:
                 a00, a01 = 1.0 - D[0, 1] * tangent[0], -D[0, 2] * tangent[1]
                 a10, a11 = -D[1, 1] * tangent[0], 1.0 - D[1, 2] * tangent[1]
                 determinant = a00 * a11 - a01 * a10
                 first_step = (a11 * r[0] - a01 * r[1]) / determinant
                 r[1] = (a00 * r[1] - a10 * r[0]) / determinant
                 r[0] = first_step
+            elif many:
+                correct(D, tangent, kept, S, r, iteration)
             else:
                 for a in range(locals_):
                     for b in range(locals_):
@@ -263,7 +274,7 @@ def integrate(step: Step, elements: Elements, w: Matrix, y: Matrix, u: Matrix, v
 
 
 @COMPILED
-def _couple(
+def couple(
     kind: NDArray[np.int64], coordinate: NDArray[np.int64], parameters: Matrix, y: Matrix, u: Matrix, cross: Matrix
 ) -> None:
     """Add the forces of laws of two coordinates to `u`, and put their slopes, (locals, locals), into `cross`."""

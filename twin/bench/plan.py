@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from recordings.directions import unit_vector
 from twin.bench.instruments import InstrumentChannel
@@ -12,6 +13,7 @@ from twin.bench.layer import JointLaw
 from twin.joint import Law
 from twin.rigs import BeamPart, Layout, Place, Rig
 from twin.structure import Structure
+from twin.structure.sparse import with_coordinate, with_square
 
 Matrix = NDArray[np.float64]
 
@@ -22,24 +24,24 @@ class Matrices:
 
     Attributes
     ----------
-    M, K0, C : ndarray, (n, n)
+    M, K0, C : ndarray or csr_array, (n, n)
         Mass; stiffness but for the joints' layers; viscous dampers.
-    K_E, K_G : list of ndarray, (n, n)
+    K_E, K_G : list of ndarray or csr_array, (n, n)
         Each joint's layer per unit of E' and of G'.
     structure : Structure
         Whose rows give places; resonators' coordinates come after its own.
     """
 
-    M: Matrix
-    K0: Matrix
-    K_E: list[Matrix]
-    K_G: list[Matrix]
-    C: Matrix
+    M: Matrix | csr_array
+    K0: Matrix | csr_array
+    K_E: list[Matrix | csr_array]
+    K_G: list[Matrix | csr_array]
+    C: Matrix | csr_array
     structure: Structure
 
     def pad(self, row: Matrix) -> Matrix:
         """A row over the structure's coordinates, with zeros for those that were appended."""
-        return np.concatenate([row, np.zeros(len(self.M) - len(row))])
+        return np.concatenate([row, np.zeros(self.M.shape[0] - len(row))])
 
     def row(self, place: Place) -> Matrix:
         """Row of the displacement at a place in its direction."""
@@ -48,18 +50,16 @@ class Matrices:
     def add_mass(self, place: Place, mass_kg: float) -> None:
         """Fix a point mass to the structure."""
         for row in self.structure.translations(place):
-            padded = self.pad(row)
-            self.M += mass_kg * np.outer(padded, padded)
+            self.M = with_square(self.M, mass_kg, self.pad(row))
 
     def append_resonator(self, place: Place, mass_kg: float, frequency_Hz: float, damping_ratio: float) -> None:
         """Hang a mass on a spring and a dashpot at a place, moving in its direction."""
         w = 2 * np.pi * frequency_Hz
         row = np.concatenate([self.row(place), [-1.0]])
-        self.M, self.K0, self.C = (np.pad(A, (0, 1)) for A in (self.M, self.K0, self.C))
-        self.K_E, self.K_G = ([np.pad(A, (0, 1)) for A in layers] for layers in (self.K_E, self.K_G))
-        self.M[-1, -1] = mass_kg
-        self.K0 += mass_kg * w**2 * np.outer(row, row)
-        self.C += 2 * damping_ratio * w * mass_kg * np.outer(row, row)
+        self.M = with_coordinate(self.M, mass_kg)
+        self.K0 = with_square(with_coordinate(self.K0), mass_kg * w**2, row)
+        self.C = with_square(with_coordinate(self.C), 2 * damping_ratio * w * mass_kg, row)
+        self.K_E, self.K_G = ([with_coordinate(A) for A in layers] for layers in (self.K_E, self.K_G))
 
 
 @dataclass(frozen=True, eq=False)

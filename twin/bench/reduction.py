@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from scipy.linalg import eigh
 
 from twin.bench.plan import Matrices
 from twin.structure import normal_modes
+from twin.structure.sparse import solved
 
 Matrix = NDArray[np.float64]
 
@@ -63,10 +65,8 @@ class Condensed:
         return ModalModel(omega[:kept], vectors[:, :kept] * signs, rest @ rest.T)
 
 
-def with_layers(
-    K0: Matrix, K_E: Sequence[Matrix], K_G: Sequence[Matrix], E: Sequence[float], G: Sequence[float]
-) -> Matrix:  # fmt: skip
-    """Stiffness with the joints' layers at moduli E', G'."""
+def with_layers(K0: Any, K_E: Sequence[Any], K_G: Sequence[Any], E: Sequence[float], G: Sequence[float]) -> Any:
+    """Stiffness with the joints' layers at moduli E', G', of dense or of sparse matrices."""
     K = K0
     for by_E, by_G, e, g in zip(K_E, K_G, E, G, strict=True):
         K = K + e * by_E + g * by_G
@@ -87,7 +87,7 @@ def condense(
     """
     M, K = matrices.M, with_layers(matrices.K0, matrices.K_E, matrices.K_G, E, G)
     Phi = normal_modes(M, K, modes).Phi
-    static = np.linalg.solve(K, np.column_stack(list(loads)))
+    static = solved(K, np.column_stack(list(loads)))
     basis = np.column_stack([Phi, static - Phi @ (Phi.T @ M @ static)])
     basis /= np.sqrt(np.einsum("ij,ij->j", basis, M @ basis))
     values, vectors = eigh(basis.T @ M @ basis)

@@ -11,10 +11,10 @@ volts of a shaker.
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.joint.elimination import eliminate, eliminate_columns
 from twin.joint.kernel import COMPILED
 from twin.response.kernel import drive_slope, residual, rounding
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
+from twin.response.solve import solve
 from twin.response.system import System
 
 Matrix = NDArray[np.float64]
@@ -108,7 +108,7 @@ def newton(
         if not np.isfinite(left):
             return NOT_FINITE, iteration, left
         step = R.copy()
-        eliminate(J, step)
+        solve(J, step.reshape(N, 1))
         length = _length(step, size)
         if not np.isfinite(length):
             return NOT_FINITE, iteration, left
@@ -137,7 +137,7 @@ def _tangent_at(J: Matrix, slope: Matrix, size: Matrix, span: float, heading: Ma
     bordered, right = np.empty((N + 1, N + 1)), np.zeros(N + 1)
     _border(J, slope, size, span, heading, bordered)
     right[N] = 1.0
-    eliminate(bordered, right)
+    solve(bordered, right.reshape(N + 1, 1))
     tangent[:] = right / _norm(right)
 
 
@@ -196,7 +196,7 @@ def _advance(
         right[:N, 0] = R / size
         right[:N, 1] = 0.0
         right[N, 0], right[N, 1] = 0.0, 1.0  # corrections lie across the tangent; the second column is the next one
-        eliminate_columns(bordered, right)
+        solve(bordered, right)
         length, turned = _norm(right[:, 0]), _norm(right[:, 1])
         if not (np.isfinite(length) and np.isfinite(turned)):
             return -1, contraction

@@ -26,8 +26,9 @@ class Limits:
     balance_narrow: float = 0.02
     """Least unit of frequency on that way, over the frequency: about the width of a resonance."""
     # stability.py
-    stability_beside: float = 1e-5
-    """Perturbation over the amplitude of the local coordinates, or over each memory's own size."""
+    stability_beside: float = 1e-8
+    """Change for the differences of one law at one step, over the coordinate's amplitude or the memory's: rounding
+    leaves eight digits, and few steps lie so near to a slip that a difference reaches over it."""
     stability_forgotten: float = 20.0
     """Time constants after which running means have forgotten how they began."""
 

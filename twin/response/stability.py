@@ -1,18 +1,21 @@
 """Stability of a steady state: Floquet multipliers, the eigenvalues of the bench's own map over one period.
 
-The map takes the poles' states and the laws' memories from one period to the next.  It is differentiated by marching
-one period from states a little beside the steady one, so that friction, slap and running means count as they do on the
-bench, whatever they are.  A perturbation grows, and a sweep leaves the branch, where a multiplier exceeds one.
+The map takes the poles' states and the laws' memories from one period to the next.  It is differentiated step by step
+along its own steady path (:mod:`twin.response.tangent_map`), so that friction, slap and running means count as they do
+on the bench, whatever they are.  A perturbation grows, and a sweep leaves the branch, where a multiplier exceeds one.
 """
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.bench.linear import Poles
-from twin.bench.marching import Elements, Step, coefficients, integrate, packed
+from twin.bench.marching import Elements, coefficients, integrate, packed
 from twin.joint.kernel import COMPILED, remember
 from twin.joint.kinds import RUNNING_LOSS
 from twin.response.limits import LIMITS
+from twin.response.tangent_map import tangent_map
 
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -43,28 +46,27 @@ def floquet_multipliers(
     """
     steps = int(np.ceil(rate_Hz / frequency_Hz))
     c = coefficients(poles, 1.0 / (frequency_Hz * steps))
-    phase = 2 * np.pi * np.arange(1, steps + 1) / steps
-    waves = np.exp(1j * np.outer(np.arange(inputs.shape[1]), phase))
-    path, drive, u = (outputs @ waves).real, (inputs[0] @ waves).real, inputs.sum(axis=1).real
-    w = c.decay * (_pole_states(poles, inputs, 2 * np.pi * frequency_Hz) - c.G1 @ u) + c.Gamma @ u
+    waves = np.exp(2j * np.pi * np.outer(np.arange(inputs.shape[1]), np.arange(1, steps + 1) / steps))
+    balanced, drive = np.ascontiguousarray((outputs @ waves).real), (inputs[0] @ waves).real
     memory = elements.state.copy()
     running = elements.kind == RUNNING_LOSS
     taus = elements.parameters[running, 0] if running.any() else np.zeros(1)
     periods = 2 + int(np.ceil(LIMITS.stability_forgotten * taus.max() * frequency_Hz))
-    _settle(c.step_s, periods, np.ascontiguousarray(path), elements._replace(state=memory))
-    rows = len(outputs)
-    size = np.abs(outputs[:locals_]).sum(axis=1)
-    reach = np.max(np.abs(c.C[:locals_]) / np.maximum(size, 1e-30)[:, None], axis=0, initial=0.0)
-    state = np.concatenate([packed(w), memory.ravel()])
-    beside = np.concatenate([
-        packed((1 + 1j) * LIMITS.stability_beside / np.maximum(reach, 1e-30)),
-        (
-            LIMITS.stability_beside * np.maximum(np.abs(memory), 1e-3 * np.abs(memory).max(axis=1, keepdims=True))
-        ).ravel(),
-    ])  # fmt: skip
-    moves = np.flatnonzero(beside > 0.0)
-    step = c.packed(locals_, rows - locals_, rows=rows)
-    J = _differentiated(step, elements, state, beside, moves, path[:locals_, -1].copy(), drive)
+    largest = np.zeros_like(memory)
+    _settle(c.step_s, periods, balanced, elements._replace(state=memory), largest)
+    size = LIMITS.stability_beside * np.maximum(np.abs(outputs).sum(axis=1), 1e-30)
+    beside = LIMITS.stability_beside * largest
+    poles_move = packed(np.full(len(c.decay), 1.0 + 1.0j))  # and what fills whole vectors does not
+    moves = np.flatnonzero(np.concatenate([poles_move, beside.ravel()]))
+    # The bench's own path, whose kinks no harmonics have: both local coordinates and channels are what is remembered.
+    rows, u = len(outputs), inputs.sum(axis=1).real
+    twice = replace(c, C=np.vstack([c.C[:rows]] * 2), D=np.vstack([c.D[:rows]] * 2))
+    w = c.decay * (_pole_states(poles, inputs, 2 * np.pi * frequency_Hz) - c.G1 @ u) + c.Gamma @ u
+    step, path = twice.packed(locals_, rows - locals_), np.empty((steps, rows))
+    marched = elements._replace(state=memory.copy())
+    integrate(step, marched, packed(w), balanced[:locals_, -1].copy(), np.zeros(1 + locals_), drive, path)
+    path = np.ascontiguousarray(path.T)
+    J = tangent_map(step, elements._replace(state=memory), path, size, beside, moves)
     multipliers = np.linalg.eigvals(J)
     return np.asarray(multipliers[np.argsort(-np.abs(multipliers))])
 
@@ -78,38 +80,14 @@ def _pole_states(poles: Poles, inputs: Complex, omega: float) -> Complex:
 
 
 @COMPILED
-def _settle(step_s: float, periods: int, path: Matrix, elements: Elements) -> None:
-    """Lead the memories along the periodic path until they are periodic too."""
+def _settle(step_s: float, periods: int, path: Matrix, elements: Elements, largest: Matrix) -> None:
+    """Lead the memories along the periodic path until they are periodic too; each one's `largest` size then is told."""
     kind, coordinate, auxiliary, _, parameters, memory = elements
-    for _ in range(periods):
+    for period in range(periods):
         for t in range(path.shape[1]):
             for e in range(kind.shape[0]):
                 displacement = path[auxiliary[e], t] if auxiliary[e] >= 0 else 0.0
                 remember(kind[e], parameters, memory, e, path[coordinate[e], t], displacement, step_s)
-
-
-@COMPILED
-def _differentiated(
-    step: Step, elements: Elements, start: Matrix, beside: Matrix, moves: NDArray[np.int64], guess: Matrix,
-    drive: Matrix,
-) -> Matrix:  # fmt: skip
-    """Differences of the map over one period, (moves, moves)."""
-    m = step.decay.shape[0]
-    J = np.empty((moves.shape[0], moves.shape[0]))
-    end = np.empty(start.shape[0])
-    u, out = np.zeros(1 + step.locals_), np.empty((drive.shape[0], 0))
-    for column in range(-1, moves.shape[0]):
-        state = start.copy()
-        if column >= 0:
-            state[moves[column]] += beside[moves[column]]
-        memory = state[m:].reshape(elements.state.shape)
-        moved = Elements(
-            elements.kind, elements.coordinate, elements.auxiliary, elements.scale, elements.parameters, memory
-        )
-        integrate(step, moved, state[:m], guess.copy(), u, drive, out)
-        if column < 0:
-            end[:] = state
-        else:
-            for row in range(moves.shape[0]):
-                J[row, column] = (state[moves[row]] - end[moves[row]]) / beside[moves[column]]
-    return J
+                if period == periods - 1:
+                    for i in range(memory.shape[1]):
+                        largest[e, i] = max(largest[e, i], abs(memory[e, i]))

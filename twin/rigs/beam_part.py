@@ -54,7 +54,7 @@ class BeamPart(BeamSection):
     kind: Literal["beam"]
     start: Point
     end: Point
-    elements: Annotated[int, Field(ge=1, le=1000)] = 20
+    elements: Annotated[int, Field(ge=1, le=LIMITS.most_elements)] = 20
     """Of the whole beam, those of its joints' layers among them."""
     section_area: Positive | None = None
     """m2, of a section that is no rectangle; width and thickness are its outermost sizes then."""

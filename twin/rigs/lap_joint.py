@@ -16,6 +16,7 @@ from recordings.numbers import Length, NonNegative
 from recordings.toml_input import Table
 from twin.rigs.beam_part import BeamPart, BeamSection
 from twin.rigs.layout import Layout, Place, Stretch, Support, ThinLayer
+from twin.rigs.limits import LIMITS
 from twin.rigs.rig import Rig
 from twin.rigs.tables import AnyLaw, Preload, Shaker, Transducer, check_law
 
@@ -46,7 +47,7 @@ class Joint(Table):
 class Mesh(Table):
     """Number of beam elements of the two beams together."""
 
-    beam_elements: Annotated[int, Field(ge=4, le=1000)] = 41
+    beam_elements: Annotated[int, Field(ge=4, le=LIMITS.most_elements)] = 41
 
 
 class Drive(Shaker):
@@ -70,7 +71,7 @@ class LapJointRig(Rig):
     joint: Joint
     mesh: Mesh = Mesh()
     drive: Drive
-    sensor: list[Sensor] = Field(min_length=1, max_length=32)
+    sensor: list[Sensor] = Field(min_length=1, max_length=LIMITS.most_sensors)
 
     @model_validator(mode="after")
     def _geometry(self) -> LapJointRig:

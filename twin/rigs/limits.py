@@ -25,6 +25,12 @@ class Limits:
     # preloads.py
     preloads_near: float = 0.05
     """Departure of a recorded preload from the rig's that needs no mention."""
+    # lap_joint.py, structure_rig.py
+    most_sensors: int = 128
+    """Of a rig: as many as a large front end has inputs."""
+    most_elements: int = 1000
+    """Of a beam: on the bench's finer mesh of them rounding in the stiffness moves the steel rig's first natural
+    frequency by 3e-4 already, and by sixteen times as much with every halving."""
     # structure_rig.py
     bench_finer: float = 1.5
     """Elements of beams on the bench, over the file's; layers have twice as many."""

@@ -80,7 +80,7 @@ class StructureRig(Rig):
     spring: list[Spring] = Field(default=[], max_length=100)
     damper: list[Damper] = Field(default=[], max_length=100)
     drive: list[PlacedDrive] = Field(min_length=1, max_length=16)
-    sensor: list[PlacedSensor] = Field(min_length=1, max_length=64)
+    sensor: list[PlacedSensor] = Field(min_length=1, max_length=LIMITS.most_sensors)
     _folder: Path | None = PrivateAttr(default=None)
 
     @field_validator("drive", mode="before", json_schema_input_type=PlacedDrive | list[PlacedDrive])

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from twin.rigs import BeamPart, Dof, Layout, Link, PointMass, Rig, Support, Tie
 from twin.structure.beam import beam_mass, beam_stiffness
@@ -12,6 +13,7 @@ from twin.structure.joint_operators import joint_operators
 from twin.structure.matrix_coordinates import AXES, MatrixCoordinates, node_pairs, reduced_parts
 from twin.structure.mesh import PLANE_DOFS, SPACE_DOFS, BeamMesh, mesh_beams, mesh_layers
 from twin.structure.space_beam import space_element, twist_mass, twist_stiffness
+from twin.structure.sparse import from_blocks, with_square
 from twin.structure.structure import Structure
 from twin.structure.timoshenko import timoshenko_mass
 
@@ -41,29 +43,34 @@ def assemble(rig: Rig, *, layout: Layout | None = None, sensor_masses: bool = Tr
     meshes: dict[str, Mesh] = {beam.part.name: beam for beam in beams}
     meshes |= {part.part.name: part for part in reduced}
     size = sum(mesh.size for mesh in meshes.values())
-    M, K0 = np.zeros((size, size)), np.zeros((size, size))
+    M, K0 = csr_array((size, size)), csr_array((size, size))
     for beam in beams:
-        add_beam(M, K0, beam)
+        stiffness, mass_of = beam_elements(beam)
+        M, K0 = M + chain(beam, mass_of, size), K0 + chain(beam, stiffness, size)
     for part in reduced:
-        own = slice(part.first, part.first + part.size)
-        M[own, own], K0[own, own] = part.reduced.M, part.reduced.K
+        own = np.arange(part.first, part.first + part.size)[None]
+        M = M + from_blocks(own, own, part.reduced.M[None], size)
+        K0 = K0 + from_blocks(own, own, part.reduced.K[None], size)
     for mass in layout.masses:
-        _add_mass(M, mass, meshes[mass.part])
+        for inertia, row in _moved(mass, meshes[mass.part], size):
+            M = with_square(M, inertia, row)
     for spring in layout.springs:
         for rate, row in _against(spring, spring.stiffness, meshes, size):
-            K0 += rate * np.outer(row, row)
+            K0 = with_square(K0, rate, row)
     dampers = [np.zeros((0, size))]
     for damper in layout.dampers:
         dampers += [np.sqrt(rate) * row[None] for rate, row in _against(damper, damper.damping, meshes, size)]
     constraints = [np.zeros((0, size))]
     for support in layout.supports:
         constraints.append(_fixed(support, meshes[support.part], size))
-        _add_springs(K0, support, meshes[support.part])
+        for rate, row in _held(support, meshes[support.part], size):
+            K0 = with_square(K0, rate, row)
     constraints += [_tied(tie, layout, meshes, size) for tie in layout.ties]
     basis, free = free_coordinates(np.vstack(constraints))
     joints = tuple(joint.over(basis) for joint in joint_operators(layout, layers, meshes, size))
     B_C = np.vstack(dampers) @ basis
-    structure = Structure(basis.T @ M @ basis, basis.T @ K0 @ basis, B_C, joints, layout, meshes, basis, free)
+    M, K0 = (csr_array(basis.T @ A @ basis) for A in (M, K0))
+    structure = Structure(M, K0, B_C, joints, layout, meshes, basis, free)
     if sensor_masses:
         for sensor in rig.sensors:
             structure = structure.with_mass_at(rig.place_of(sensor.channel), sensor.mass)
@@ -72,8 +79,8 @@ def assemble(rig: Rig, *, layout: Layout | None = None, sensor_masses: bool = Tr
     return structure
 
 
-def add_beam(M: Matrix, K0: Matrix, mesh: BeamMesh) -> None:
-    """Add a beam's elements, Euler-Bernoulli or Timoshenko."""
+def beam_elements(mesh: BeamMesh) -> tuple[Matrix, Matrix]:
+    """Stiffness and mass (e, 6, 6) or (e, 12, 12) of a beam's elements, Euler-Bernoulli or Timoshenko."""
     beam, length = mesh.part, np.diff(mesh.s)
     stiffness, mass = _plane_elements(beam, length, beam.second_moment)
     if beam.in_space:
@@ -81,8 +88,7 @@ def add_beam(M: Matrix, K0: Matrix, mesh: BeamMesh) -> None:
         polar = beam.second_moment + beam.second_moment_across
         stiffness = space_element(stiffness, stiff_across, twist_stiffness(GJ=beam.torsional_stiffness, length=length))
         mass = space_element(mass, heavy_across, twist_mass(inertia_per_length=beam.density * polar, length=length))
-    add_chain(K0, mesh, stiffness)
-    add_chain(M, mesh, mass)
+    return stiffness, mass
 
 
 def _plane_elements(beam: BeamPart, length: Matrix, second_moment: float) -> tuple[Matrix, Matrix]:
@@ -96,14 +102,10 @@ def _plane_elements(beam: BeamPart, length: Matrix, second_moment: float) -> tup
     return stiffness, beam_mass(mass_per_length=m, length=length)
 
 
-def add_chain(whole: Matrix, mesh: BeamMesh, elements: Matrix) -> None:
-    """Add the matrices (e, 6, 6) or (e, 12, 12) of a beam's elements, over their own displacements and rotations."""
+def chain(mesh: BeamMesh, elements: Matrix, size: int) -> csr_array:
+    """A beam's matrix over `size` displacements, of its elements (e, 6, 6) or (e, 12, 12) over their own."""
     turn = mesh.rotation
-    elements = turn.T @ elements @ turn
-    dofs = mesh.element_dofs
-    # Every other element shares no node with the next, so that each turn adds to an entry once.
-    for every in (slice(0, None, 2), slice(1, None, 2)):
-        whole[dofs[every, :, None], dofs[every, None, :]] += elements[every]
+    return from_blocks(mesh.element_dofs, mesh.element_dofs, turn.T @ elements @ turn, size)
 
 
 def _dof(mesh: Mesh, at: float, name: str) -> tuple[NDArray[np.int64], Matrix] | None:
@@ -129,18 +131,20 @@ def _fixed(support: Support, mesh: Mesh, size: int) -> Matrix:
     return np.array(rows).reshape(-1, size)
 
 
-def _add_springs(K0: Matrix, support: Support, mesh: Mesh) -> None:
+def _held(support: Support, mesh: Mesh, size: int) -> Iterator[tuple[float, Matrix]]:
+    """Each spring of a support, with the row of the motion that it holds."""
     for name, stiffness in support.stiffness.items():
-        row = _row(mesh, support.at, name, len(K0))
+        row = _row(mesh, support.at, name, size)
         if row is not None:
-            K0 += stiffness * np.outer(row, row)
+            yield stiffness, row
 
 
-def _add_mass(M: Matrix, mass: PointMass, mesh: Mesh) -> None:
+def _moved(mass: PointMass, mesh: Mesh, size: int) -> Iterator[tuple[float, Matrix]]:
+    """Each inertia of a point mass, with the row of the motion that it resists."""
     for name, inertia in (*((axis, mass.mass) for axis in AXES), *mass.inertia.items()):
-        row = _row(mesh, mass.at, name, len(M))
+        row = _row(mesh, mass.at, name, size)
         if row is not None:
-            M += inertia * np.outer(row, row)
+            yield inertia, row
 
 
 def _against(

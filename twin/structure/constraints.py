@@ -2,13 +2,14 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from twin.structure.limits import LIMITS
 
 Array = NDArray[np.float64]
 
 
-def free_coordinates(constraints: Array) -> tuple[Array, NDArray[np.int64]]:
+def free_coordinates(constraints: Array) -> tuple[csr_array, NDArray[np.int64]]:
     """Basis (n, f) of all displacements that satisfy ``constraints @ x = 0``, (c, n), and which of them are free (f,).
 
     Each constraint makes one displacement depend on the others; those that are free keep their values.  A constraint
@@ -32,7 +33,7 @@ def free_coordinates(constraints: Array) -> tuple[Array, NDArray[np.int64]]:
         pivots.append(pivot)
         rows.append(number)
     free = np.setdiff1d(np.arange(n), pivots)
-    Z = np.zeros((n, len(free)))
-    Z[free, np.arange(len(free))] = 1.0
-    Z[pivots] = -C[rows][:, free]
-    return Z, free
+    depend = -C[rows][:, free]
+    which, on = np.nonzero(depend)
+    at = np.concatenate([free, np.array(pivots, np.int64)[which]]), np.concatenate([np.arange(len(free)), on])
+    return csr_array((np.concatenate([np.ones(len(free)), depend[which, on]]), at), shape=(n, len(free))), free

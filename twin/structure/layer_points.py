@@ -83,7 +83,7 @@ def points_of_joints(structure: Structure, counts: Sequence[int], towards_middle
         layer_points(structure, count, joint=joint, towards_middle=towards)
         for joint, (count, towards) in enumerate(zip(counts, towards_middle, strict=True))
     ]
-    n, nothing = len(structure.M), np.zeros(0)
+    n, nothing = structure.size, np.zeros(0)
     return LayerPoints(
         np.vstack([np.zeros((0, n)), *(points.opening for points in each)]),
         np.vstack([np.zeros((0, n)), *(points.slip for points in each)]),

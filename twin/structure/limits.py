@@ -88,6 +88,12 @@ class Limits:
     """Share of the last knot's opening over which the softening levels off beyond it."""
     own_harmonics_relaxation: float = 0.6
     """Share of what is missed that a turn corrects: the whole swings where the layer has hardly any stiffness left."""
+    # sparse.py
+    dense_up_to: int = 500
+    """Coordinates up to which matrices are dense: below, the lowest modes take LAPACK less time than Lanczos."""
+    lanczos_shift_rad2_per_s2: float = 40.0
+    """About which the inverse is taken, below zero: a hertz, below any elastic mode, so that rigid motions do no
+    harm."""
     # thin_layer.py
     normal_points: int = 4
     shear_points: int = 3

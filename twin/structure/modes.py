@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
+from scipy.sparse import csc_array, csr_array, issparse
+from scipy.sparse.linalg import eigsh
 
 from twin.structure.limits import LIMITS
 
@@ -27,11 +29,17 @@ class Modes:
         return self.omega / (2 * np.pi)
 
 
-def normal_modes(M: Matrix, K: Matrix, count: int | None = None) -> Modes:
-    """The lowest `count` modes, or all of them.
+def normal_modes(M: Matrix | csr_array, K: Matrix | csr_array, count: int | None = None) -> Modes:
+    """The lowest `count` modes, or all of them; of sparse matrices by Lanczos, from a start that is always the same.
 
     Rigid-body modes come out with omega = 0 instead of the root of a tiny negative number.
     """
+    if issparse(M):
+        assert count is not None
+        shift, start = -LIMITS.lanczos_shift_rad2_per_s2, np.ones(M.shape[0])
+        values, Phi = eigsh(csc_array(K), count, csc_array(M), sigma=shift, v0=start, tol=0)
+        order = np.argsort(values)
+        return Modes(np.sqrt(np.maximum(values[order], 0.0)), Phi[:, order])
     subset = None if count is None else (0, min(count, len(M)) - 1)
     values, Phi = eigh(K, M, subset_by_index=subset)
     return Modes(np.sqrt(np.maximum(values, 0.0)), Phi)

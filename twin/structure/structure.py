@@ -8,15 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from recordings.directions import AXES
 from twin.rigs import Layout, Place
 from twin.structure.matrix_coordinates import MatrixCoordinates
 from twin.structure.mesh import BeamMesh
 from twin.structure.node_field import NodeField
+from twin.structure.sparse import with_square
 
 Matrix = NDArray[np.float64]
 
@@ -62,7 +65,13 @@ class JointOperators:
         """Stiffness of the layer per unit of G'."""
         return self.B_G.T @ self.B_G
 
-    def over(self, basis: Matrix) -> JointOperators:
+    @property
+    def sparse(self) -> tuple[csr_array, csr_array]:
+        """Both, sparse."""
+        normal, shear = csr_array(self.B_E), csr_array(self.B_G)
+        return csr_array(normal.T @ normal), csr_array(shear.T @ shear)
+
+    def over(self, basis: Matrix | csr_array) -> JointOperators:
         """The same over other coordinates, x = basis z."""
         return replace(self, B_E=self.B_E @ basis, B_G=self.B_G @ basis)
 
@@ -88,7 +97,7 @@ class Structure:
 
     Attributes
     ----------
-    M, K0 : ndarray, (n, n)
+    sparse_M, sparse_K0 : csr_array, (n, n)
         Mass with the sensors' masses, and stiffness of the parts and supports without the joints.
     B_C : ndarray, (d, n)
         Rows of the viscous dampers between places, C = B_C' B_C; modal damping comes beside them.
@@ -98,20 +107,40 @@ class Structure:
         What it was made of.
     meshes : dict
         Beams and parts given by matrices, by name, over all displacements.
-    basis : ndarray, (N, n)
+    sparse_basis : csr_array, (N, n)
         All displacements of the parts from the coordinates,
     free : ndarray of int, (n,)
         which are these displacements themselves.
     """
 
-    M: Matrix
-    K0: Matrix
+    sparse_M: csr_array
+    sparse_K0: csr_array
     B_C: Matrix
     joints: tuple[JointOperators, ...]
     layout: Layout
     meshes: dict[str, BeamMesh | MatrixCoordinates]
-    basis: Matrix
+    sparse_basis: csr_array
     free: NDArray[np.int64]
+
+    @property
+    def size(self) -> int:
+        """Number n of coordinates."""
+        return int(self.sparse_M.shape[0])
+
+    @cached_property
+    def M(self) -> Matrix:
+        """Mass, dense."""
+        return np.asarray(self.sparse_M.toarray())
+
+    @cached_property
+    def K0(self) -> Matrix:
+        """Stiffness without the joints, dense."""
+        return np.asarray(self.sparse_K0.toarray())
+
+    @cached_property
+    def basis(self) -> Matrix:
+        """All displacements from the coordinates, dense."""
+        return np.asarray(self.sparse_basis.toarray())
 
     @property
     def reductions(self) -> tuple[MatrixCoordinates, ...]:
@@ -148,9 +177,7 @@ class Structure:
     def _translation(self, place: Place, direction: Sequence[float]) -> Matrix:
         mesh = self.meshes[place.part]
         shares = place.between or ((place.at, 1.0),)
-        return sum(
-            (share * self._over(*mesh.translation(at, direction)) for at, share in shares), np.zeros(len(self.M))
-        )
+        return sum((share * self._over(*mesh.translation(at, direction)) for at, share in shares), np.zeros(self.size))
 
     def node_field(self, part: str) -> NodeField:
         """The nodes of a part given by matrices, to search a place among them."""
@@ -169,7 +196,7 @@ class Structure:
         """
         mesh = self.meshes[place.part]
         if not isinstance(mesh, BeamMesh):
-            return np.zeros(len(self.M))
+            return np.zeros(self.size)
         along = self.row(place.towards(mesh.part.axis))
         return along - side * mesh.part.thickness / 2 * self._over(*mesh.slope(place.at))
 
@@ -185,7 +212,7 @@ class Structure:
 
     def rigid_translation(self, direction: tuple[float, float, float]) -> Matrix:
         """Coordinates (n,) of a unit translation of everything that is not held."""
-        whole = np.zeros(len(self.basis))
+        whole = np.zeros(self.sparse_basis.shape[0])
         for mesh in self.meshes.values():
             whole[mesh.first : mesh.first + mesh.size] = mesh.rigid_translation(direction)
         return whole[self.free]
@@ -193,7 +220,7 @@ class Structure:
     @property
     def transverse(self) -> NDArray[np.bool_]:
         """Which coordinates are no displacement along a beam that lies along x."""
-        along = np.zeros(len(self.basis), bool)
+        along = np.zeros(self.sparse_basis.shape[0], bool)
         for mesh in self.meshes.values():
             if isinstance(mesh, BeamMesh):
                 along[mesh.first : mesh.first + mesh.size : len(mesh.dofs)] = True
@@ -205,16 +232,15 @@ class Structure:
 
     def with_mass_at(self, place: Place, mass_kg: float) -> Structure:
         """The same structure with a mass fixed at a place."""
-        rows = self.translations(place)
-        M = self.M
-        for row in rows[::-1]:
-            M = M + mass_kg * np.outer(row, row)
-        return replace(self, M=M)
+        M = self.sparse_M
+        for row in self.translations(place)[::-1]:
+            M = with_square(M, mass_kg, row)
+        return replace(self, sparse_M=M)
 
     def with_lateral_spring(self, place: Place, stiffness_N_per_m: float) -> Structure:
         """The same structure on a spring to ground along a beam, at its right surface, which resists slope too."""
         row = self.surface_motion(place, side=-1)
-        return replace(self, K0=self.K0 + stiffness_N_per_m * np.outer(row, row))
+        return replace(self, sparse_K0=with_square(self.sparse_K0, stiffness_N_per_m, row))
 
     def with_gradient(self, gradient: float, *, joint: int = 0) -> Structure:
         """The same structure with a joint whose moduli vary along it, see :meth:`JointOperators.with_gradient`."""
@@ -227,4 +253,4 @@ class Structure:
         return mesh
 
     def _over(self, dofs: NDArray[np.int64], coefficients: Matrix) -> Matrix:
-        return np.asarray(coefficients @ self.basis[dofs])
+        return np.asarray(coefficients @ self.sparse_basis[dofs])

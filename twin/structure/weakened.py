@@ -24,7 +24,7 @@ class WeakenedSection:
 
     def rows(self, structure: Structure) -> Matrix:
         """The motions over a structure's coordinates, (k, n)."""
-        return np.asarray(self.forms @ structure.basis)
+        return np.asarray(self.forms @ structure.sparse_basis)
 
 
 def weakened_section(rig: Rig, structure: Structure, *, place: Place, factor: float) -> WeakenedSection:
@@ -42,7 +42,7 @@ def weakened_section(rig: Rig, structure: Structure, *, place: Place, factor: fl
         if weak[0] < weak[1]:
             size, shape = np.linalg.eigh(_change(beam, float(b - a), weak, factor))
             for k in range(len(shape) // 2):
-                form = np.zeros(len(structure.basis))
+                form = np.zeros(structure.sparse_basis.shape[0])
                 form[first[e]] = mesh.to_global(shape[:, k])
                 forms.append(form)
                 lost.append(size[k])

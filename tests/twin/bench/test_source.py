@@ -70,3 +70,5 @@ def test_rubbish_is_refused():
     with pytest.raises(ValueError, match="finite"):
         bench.set_output(Excitation(kind="sine", amplitude_V=float("nan"), frequency_Hz=20.0))
     assert bench.set_sample_rate(1e9) == max(LIMITS.sample_rates_Hz)
+    with pytest.raises(ValueError, match="highest sample rate, 204800 Hz"):
+        open_bench(RIG, sample_rate_Hz=1e6)

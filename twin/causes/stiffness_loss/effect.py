@@ -1,4 +1,5 @@
 from twin.bench.plan import Matrices, Plan
+from twin.structure.sparse import with_square
 from twin.structure.weakened import weakened_section
 
 
@@ -14,8 +15,7 @@ def stiffness_loss(plan: Plan, *, factor: float, position_m: float, part: str = 
 
     def weaken(matrices: Matrices) -> None:
         section = weakened_section(plan.rig, matrices.structure, place=place, factor=factor)
-        rows = section.rows(matrices.structure)
-        n = rows.shape[1]
-        matrices.K0[:n, :n] += (rows.T * section.lost) @ rows
+        for row, lost in zip(section.rows(matrices.structure), section.lost, strict=True):
+            matrices.K0 = with_square(matrices.K0, lost, matrices.pad(row))
 
     plan.matrix_changes.append(weaken)

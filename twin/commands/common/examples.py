@@ -71,6 +71,6 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "twin view diagnosis --save diagnosis.rrd",
         "twin view diagnosis --picture diagnosis.png",
     ),
-    "speed": ("twin speed", "twin speed --only streaming --only start --json"),
+    "speed": ("twin speed", "twin speed --only streaming --only start --json", "twin speed --scaling --page speed.md"),
 }
 """By command."""

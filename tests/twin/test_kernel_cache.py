@@ -1,0 +1,58 @@
+"""Kernels are compiled where neither installation nor home can be written, and never from a stranger's files."""
+
+from __future__ import annotations
+
+import os
+import stat
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from twin import kernel_cache
+
+
+@pytest.fixture
+def nowhere(tmp_path, monkeypatch):
+    """An installation and a home that take no files: both lie beneath a file.  Where temporary files go is left."""
+    blocked, temporary = tmp_path / "file", tmp_path / "tmp"
+    blocked.touch()
+    temporary.mkdir()
+    monkeypatch.setattr(kernel_cache, "__file__", str(blocked / "twin" / "kernel_cache.py"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    return temporary
+
+
+def test_a_writable_installation_keeps_its_own_cache(monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    kernel_cache.find_cache_place()
+    assert "NUMBA_CACHE_DIR" not in os.environ
+
+
+def test_nothing_writable_leaves_a_private_folder_that_every_process_finds_again(nowhere, monkeypatch):
+    kernel_cache.find_cache_place()
+    first = Path(os.environ["NUMBA_CACHE_DIR"])
+    assert first.parent == nowhere
+    assert stat.S_IMODE(first.stat().st_mode) == 0o700
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    kernel_cache.find_cache_place()
+    assert Path(os.environ["NUMBA_CACHE_DIR"]) == first
+
+
+def test_a_folder_that_others_may_write_is_not_used(nowhere, monkeypatch):
+    kernel_cache.find_cache_place()
+    open_to_all = Path(os.environ["NUMBA_CACHE_DIR"])
+    open_to_all.chmod(0o777)
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    kernel_cache.find_cache_place()
+    assert Path(os.environ["NUMBA_CACHE_DIR"]) != open_to_all
+
+
+def test_a_place_that_is_set_is_kept(nowhere, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "/mine")
+    kernel_cache.find_cache_place()
+    assert os.environ["NUMBA_CACHE_DIR"] == "/mine"

@@ -1,0 +1,60 @@
+"""Newton's correction at many places whose tangents seldom change: sliders stick or slip, gaps are open or closed.
+
+With tangents T and the step's flexibility D the correction is (1 - D T)^-1 r = r + S T r, S = (1 - D T)^-1 D.  One
+tangent that changes by d alters S by d S_b S_b' / (1 - d S_bb), S_b its column and row at that place: a step costs
+places squared, where an elimination would cost places cubed.  S decides how fast Newton converges and not to what.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.bench.limits import LIMITS
+from twin.joint.kernel import COMPILED
+
+Matrix = NDArray[np.float64]
+
+CHANGED, SLOW = LIMITS.many_changed, LIMITS.many_slow
+
+
+@COMPILED
+def correct(D: Matrix, tangent: Matrix, kept: Matrix, S: Matrix, r: Matrix, iteration: int) -> None:
+    """Replace the residual r, (n,), by Newton's correction.
+
+    Parameters
+    ----------
+    D : ndarray, (>= n, 1 + n)
+        Flexibility of the step, the local forces from the second column on.
+    tangent : ndarray, (n,)
+        Of the forces now.
+    kept, S : ndarray, (n,), (n, n)
+        The tangents of S and S itself, moved on in place.
+    iteration : int
+        Newton's in this step; the very first call is to have S = 0.
+    """
+    n = r.shape[0]
+    if iteration % SLOW == SLOW - 1 or S[0, 0] == 0.0:
+        for a in range(n):
+            kept[a] = 0.0
+            for b in range(n):
+                S[a, b] = D[a, 1 + b]
+    for b in range(n):
+        change = tangent[b] - kept[b]
+        if abs(change * S[b, b]) > CHANGED:
+            scale = change / (1.0 - change * S[b, b])
+            for a in range(n):
+                if a != b:
+                    factor = scale * S[a, b]
+                    for c in range(n):
+                        S[a, c] += factor * S[b, c]
+            factor = 1.0 + scale * S[b, b]
+            for c in range(n):
+                S[b, c] *= factor
+            kept[b] = tangent[b]
+    held = np.empty(n)
+    for b in range(n):
+        held[b] = kept[b] * r[b]
+    for a in range(n):
+        total = 0.0
+        for b in range(n):
+            total += S[a, b] * held[b]
+        r[a] += total

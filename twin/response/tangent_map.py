@@ -1,0 +1,163 @@
+"""The bench's step linearised along a periodic path, and multiplied up over the period.
+
+A change of the poles' states w and of the laws' memories z moves the local coordinates by
+
+    (1 - H T) dy = C dw + H g dz,
+
+T and g being slopes of the laws' forces by coordinate and memory, and H the step's flexibility; the forces then move
+the poles as in :mod:`twin.bench.marching`.  Slopes by memories, and those of the memories themselves, are differences
+of one law at one step: they cost as little as the law does, whatever it is.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.bench.marching import Elements, Step, couple
+from twin.joint.elimination import eliminate_columns
+from twin.joint.kernel import BORROWING, COMPILED, evaluate, remember
+from twin.joint.kinds import FORCE_FACTOR
+
+Matrix = NDArray[np.float64]
+
+
+@COMPILED
+def tangent_map(
+    step: Step, elements: Elements, path: Matrix, size: Matrix, beside: Matrix, moves: NDArray[np.int64]
+) -> Matrix:
+    """Derivatives of the states after a period by those before it, (moves, moves).
+
+    Parameters
+    ----------
+    elements
+        Their memories are those at the start of the period, and are moved on in place.
+    path : ndarray, (locals + auxiliaries, steps)
+        Of the local coordinates and auxiliary rows, at the end of each step.
+    size : ndarray, (locals + auxiliaries,)
+        Change of each for differences.
+    beside : ndarray, (elements, depth)
+        Change of each memory; nothing where it never moves.
+    moves : ndarray of int
+        Which states, of the poles' (m,) and the memories after them, are looked at; the others do not move.
+    """
+    step_s, decay, Gamma, C, D, locals_, auxiliaries = step
+    kind, coordinate, auxiliary, scale, parameters, memory = elements
+    m, (laws, depth) = decay.shape[0], memory.shape
+    half, columns, rows = m // 2, moves.shape[0], locals_ + auxiliaries
+    state = np.zeros((m + laws * depth, columns))
+    for c in range(columns):
+        state[moves[c], c] = 1.0
+    free, dy, force = np.zeros((rows, columns)), np.zeros((locals_, columns)), np.zeros((locals_, columns))
+    A, T, u = np.zeros((locals_, locals_)), np.zeros((locals_, locals_)), np.zeros(1 + locals_)
+    by_memory, slopes = np.zeros((laws, depth)), np.zeros((laws, depth, depth + 2))
+    before, after = np.zeros(depth), np.zeros(depth)
+    moved, coupled = np.zeros((depth, columns)), bool(np.any(kind == FORCE_FACTOR))
+    for t in range(path.shape[1]):
+        if coupled:
+            couple(kind, coordinate, parameters, path[:, t].copy(), u, T)
+        else:
+            T[:, :] = 0.0
+        for e in range(laws):
+            a = coordinate[e]
+            T[a, a] += scale[e] * _slopes(step_s, elements, e, path, t, size, beside, by_memory, slopes, before, after)
+        for b in range(rows):
+            free[b, :] = 0.0
+            for k in range(m):
+                _add(free, b, C[b, k], state, k)
+        for a in range(locals_):
+            force[a, :] = 0.0
+        for e in range(laws):
+            for i in range(depth):
+                _add(force, coordinate[e], scale[e] * by_memory[e, i], state, m + e * depth + i)
+        for a in range(locals_):
+            dy[a, :] = 0.0
+            _add(dy, a, 1.0, free, a)
+            for b in range(locals_):
+                _add(dy, a, D[a, 1 + b], force, b)
+                A[a, b] = 1.0 if a == b else 0.0
+                if coupled:
+                    for c in range(locals_):
+                        A[a, b] -= D[a, 1 + c] * T[c, b]
+                else:
+                    A[a, b] -= D[a, 1 + b] * T[b, b]
+        eliminate_columns(A, dy)
+        for a in range(locals_):
+            for b in range(locals_):
+                _add(force, a, T[a, b], dy, b)
+        for e in range(laws):
+            first, b = m + e * depth, auxiliary[e]
+            if b >= 0:
+                for a in range(locals_):
+                    _add(free, b, D[b, 1 + a], force, a)
+            for i in range(depth):
+                moved[i, :] = 0.0
+                _add(moved, i, slopes[e, i, depth], dy, coordinate[e])
+                if b >= 0:
+                    _add(moved, i, slopes[e, i, depth + 1], free, b)
+                for j in range(depth):
+                    _add(moved, i, slopes[e, i, j], state, first + j)
+            for i in range(depth):
+                state[first + i, :] = 0.0
+                _add(state, first + i, 1.0, moved, i)
+        for k in range(half):
+            for c in range(columns):
+                old = state[k, c]
+                state[k, c] = decay[k] * old - decay[half + k] * state[half + k, c]
+                state[half + k, c] = decay[k] * state[half + k, c] + decay[half + k] * old
+        for a in range(locals_):
+            for k in range(m):
+                _add(state, k, Gamma[1 + a, k], force, a)
+    return state[moves]
+
+
+@BORROWING
+def _add(into: Matrix, to: int, factor: float, what: Matrix, row: int) -> None:
+    """Add a multiple of one row to another."""
+    if factor != 0.0:
+        for c in range(into.shape[1]):
+            into[to, c] += factor * what[row, c]
+
+
+@COMPILED
+def _slopes(
+    step_s: float, elements: Elements, e: int, path: Matrix, t: int, size: Matrix, beside: Matrix, by_memory: Matrix,
+    slopes: Matrix, before: Matrix, after: Matrix,
+) -> float:  # fmt: skip
+    """Slope of a law's force, after which its memory has moved on.
+
+    Filled are the law's rows of the slopes of the force by each memory, (laws, depth), and of each memory afterwards by
+    each before, by the coordinate and by what goes with a velocity, (laws, depth, depth + 2).
+    """
+    kind, coordinate, auxiliary, _, parameters, memory = elements
+    depth, a, b = memory.shape[1], coordinate[e], auxiliary[e]
+    y, x = path[a, t], path[b, t] if b >= 0 else 0.0
+    _copy_row(memory, e, before)
+    force, slope = evaluate(kind[e], parameters, memory, e, y)
+    remember(kind[e], parameters, memory, e, y, x, step_s)
+    _copy_row(memory, e, after)
+    for j in range(depth + 2):
+        change = size[a]
+        if j < depth:
+            change = beside[e, j]
+        elif j > depth:
+            change = size[b] if b >= 0 else 0.0
+        for i in range(depth):
+            slopes[e, i, j] = 0.0
+            memory[e, i] = before[i]
+        if change == 0.0:
+            continue
+        if j < depth:
+            memory[e, j] += change
+            by_memory[e, j] = (evaluate(kind[e], parameters, memory, e, y)[0] - force) / change
+        beside_y, beside_x = y + change if j == depth else y, x + change if j > depth else x
+        remember(kind[e], parameters, memory, e, beside_y, beside_x, step_s)
+        for i in range(depth):
+            slopes[e, i, j] = (memory[e, i] - after[i]) / change
+    for i in range(depth):
+        memory[e, i] = after[i]
+    return slope
+
+
+@BORROWING
+def _copy_row(memory: Matrix, e: int, into: Matrix) -> None:
+    for i in range(memory.shape[1]):
+        into[i] = memory[e, i]
