@@ -262,7 +262,7 @@ def fit_with_errors(
     tolerance: float = 0.3,
     exact: bool = False,
 ) -> FittedModel:
-    """Fit a model and infer its error, in turn; with its log evidence.
+    """Fit a model and infer its error, in turn; the likeliest of these fits, with its log evidence.
 
     Parameters
     ----------
@@ -272,16 +272,20 @@ def fit_with_errors(
     """
     errors = errors or sound_errors(evidence)
     least = 0.0 if exact else _sizes(sound_errors(evidence))
+    likeliest: FittedModel | None = None
     for _ in range(LIMITS.model_evidence_refitted):
         model = fit_model(evidence, harmonics, start, hypotheses, errors=errors, tolerance=tolerance)
         start, hypotheses = model.baseline, model.hypotheses
         problem = FitProblem(evidence, harmonics, start, hypotheses, errors=errors)
         inferred, log_evidence = infer_errors(problem, tolerances)
         model = replace(model, errors=inferred, log_evidence=log_evidence)
+        if likeliest is None or not log_evidence < likeliest.log_evidence:
+            likeliest = model
         if _distance(inferred, errors, least) < CLOSE:
             break
         errors = inferred
-    return model
+    assert likeliest is not None
+    return likeliest
 
 
 def _sizes(errors: ErrorModel) -> Array:

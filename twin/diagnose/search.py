@@ -137,7 +137,7 @@ def search_causes(
             break
         report(f"reducing the recordings anew, with {best.name}")
         evidence, harmonics = _reduced_anew(evidence, harmonics, best)
-        model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses, errors=best.errors, exact=True)
+        model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses, exact=True)
         if not model.errors.as_small_as(sound_errors(evidence)):
             again = once_more(evidence, harmonics, model, None)
             model = _likeliest((model, again))
