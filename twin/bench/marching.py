@@ -119,7 +119,7 @@ def packed(poles: Complex) -> Matrix:
     n = poles.shape[-1]
     found = np.zeros((*poles.shape[:-1], 2, n + -n % LIMITS.marching_lanes))
     found[..., 0, :n], found[..., 1, :n] = poles.real, poles.imag
-    return found.reshape(*poles.shape[:-1], -1)
+    return found.reshape(*poles.shape[:-1], 2 * found.shape[-1])
 
 
 @COMPILED

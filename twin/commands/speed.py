@@ -6,7 +6,8 @@ from typing import Any
 
 import click
 
-from twin.commands.common.options import json_option
+from recordings.whole import check_writable
+from twin.commands.common.options import json_option, overwrite_option
 from twin.commands.common.output import print_json, progress_bar, say, stage
 
 
@@ -19,8 +20,9 @@ from twin.commands.common.output import print_json, progress_bar, say, stage
     metavar="FILE",
     help="With --scaling: write the tables there as Markdown, and their picture into a folder beside it.",
 )
+@overwrite_option
 @json_option
-def command(only: tuple[str, ...], scaling: bool, page: Path | None, as_json: bool) -> None:
+def command(only: tuple[str, ...], scaling: bool, page: Path | None, overwrite: bool, as_json: bool) -> None:
     """Measure the benchmark ratios on this machine.
 
     Both sides run in turns on one thread, and their processor time is compared, so that other work on the machine
@@ -33,6 +35,7 @@ def command(only: tuple[str, ...], scaling: bool, page: Path | None, as_json: bo
     """
     if page and not scaling:
         raise click.UsageError("--page goes with --scaling")
+    check_writable(page, overwrite=overwrite)
     if scaling:
         _scaling(only, page, as_json)
         return

@@ -24,6 +24,7 @@ WRITING = {
     "replay": ["run.mcap", "--serial", "auto"],
     "rig": ["show", "steel-lap-joint"],
     "serve": ["--rig", "steel-lap-joint", "--serial", "auto"],
+    "speed": ["--scaling"],
     "view": ["run.mcap"],
 }
 """Commands with an option or argument that names a file to be written, and what they need besides."""
