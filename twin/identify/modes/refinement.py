@@ -81,6 +81,7 @@ def refine_poles(
     x = np.concatenate([np.log(omega), np.log(zeta)])
     here = _Projection.at(x, w, H, weight)
     damping = 1e-3
+    lowest = np.log(1e-2 * np.min(w[w > 0]))
     for _ in range(iterations):
         J = here.jacobian
         normal, gradient = J.T @ J, J.T @ here.residual
@@ -92,14 +93,17 @@ def refine_poles(
                 damping *= 4
                 continue
             step *= min(1.0, LIMITS.largest_step / max(_size(step, x), 1e-300))
-            trial = _Projection.at(x + step, w, H, weight)
+            ahead = x + step
+            # A pole far below all lines, which may wander to nothing, is one remainder more.
+            ahead[: len(x) // 2] = np.maximum(ahead[: len(x) // 2], lowest)
+            trial = _Projection.at(ahead, w, H, weight)
             if trial.chi2 < here.chi2:
                 break
             damping *= 4
         else:
             break
         gain = here.chi2 - trial.chi2
-        x, here, damping = x + step, trial, damping / 8
+        x, here, damping = ahead, trial, damping / 8
         if gain < TOLERANCE * here.chi2:
             break
     m = len(omega)
