@@ -12,6 +12,7 @@ __all__ = [
     "PROCEDURE_FILES",
     "DirectAcquisition",
     "Dwell",
+    "Impact",
     "Multisine",
     "Procedure",
     "ProcedureResult",
