@@ -264,6 +264,8 @@ def fit_with_errors(
 ) -> FittedModel:
     """Fit a model and infer its error, in turn; the likeliest of these fits, with its log evidence.
 
+    That is -inf where the residual is not finite at the start: the model cannot be there.
+
     Parameters
     ----------
     exact
@@ -275,6 +277,8 @@ def fit_with_errors(
     likeliest: FittedModel | None = None
     for _ in range(LIMITS.model_evidence_refitted):
         model = fit_model(evidence, harmonics, start, hypotheses, errors=errors, tolerance=tolerance)
+        if model.solution.ended == "not finite":
+            return likeliest or replace(model, log_evidence=-np.inf)
         start, hypotheses = model.baseline, model.hypotheses
         problem = FitProblem(evidence, harmonics, start, hypotheses, errors=errors)
         inferred, log_evidence = infer_errors(problem, tolerances)

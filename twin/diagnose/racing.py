@@ -115,7 +115,8 @@ class Race:
         if time_is_up():
             return []
         work = [(start.baseline, start.hypotheses, start.levels[-1]) for start in running]
-        return parallel_map(partial(_fit_last, tolerances=self.tolerances), (self.evidence, self.harmonics), work)
+        fits = parallel_map(partial(_fit_last, tolerances=self.tolerances), (self.evidence, self.harmonics), work)
+        return [fit for fit in fits if np.isfinite(fit.log_evidence)]
 
     def with_best_threshold(self) -> list[FittedModel]:
         """The model whose threshold is the likeliest of all, from the rival that leads of those that have one.

@@ -21,6 +21,7 @@ from twin.identify.error_model import continuation
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.likelihood import nominal_base, residual_model, sound_errors
 from twin.identify.measured_data import MeasuredData
+from twin.identify.natural_frequencies import MeasuredFrequencies
 from twin.identify.rebinning import rebinned
 from twin.identify.residual_model import ResidualModel
 from twin.identify.time_limit import time_is_up
@@ -208,6 +209,8 @@ def _fitted_rivals(
     labels = [score.hypothesis for score in _best_of_each(scores).values() if score.hypothesis.cause.name in names]
     imitated = [_at_full_size(evidence, rival) for rival in labels]
     beside = [rival for rival in promising if not rival.cause.tried_at_full_size]
+    if isinstance(evidence, MeasuredFrequencies):
+        imitated += beside  # frequencies alone have several minima: the best without a cause may lead to another
     for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, imitated)):
         fits += _begun_and_raced(race, model, begin, rivals, report)
     sound = sound_errors(evidence)
