@@ -15,6 +15,21 @@ from twin.identify.spectrum import BroadbandRecord, broadband_records
 
 
 @dataclass(frozen=True, kw_only=True)
+class HitRecord:
+    """The record of one hit.
+
+    Attributes
+    ----------
+    top, half : int
+        Sample at which the pulse is highest, and how many to either side belong to it and its filtering.
+    """
+
+    record: BroadbandRecord
+    top: int
+    half: int
+
+
+@dataclass(frozen=True, kw_only=True)
 class Hits:
     """The records that can be used, by point in the order of the test, and a line on each that cannot.
 
@@ -26,10 +41,15 @@ class Hits:
 
     force: str
     channels: tuple[str, ...]
-    records: Mapping[str, tuple[BroadbandRecord, ...]]
+    records: Mapping[str, tuple[HitRecord, ...]]
     set_aside: tuple[str, ...]
     sample_rate_Hz: float
     length: int
+
+    @property
+    def each(self) -> tuple[HitRecord, ...]:
+        """All that can be used, whatever the point."""
+        return tuple(hit for own in self.records.values() for hit in own)
 
 
 def sound_hits(run: Run, *, force: str, channels: Sequence[str]) -> Hits:
@@ -40,24 +60,26 @@ def sound_hits(run: Run, *, force: str, channels: Sequence[str]) -> Hits:
     InputError
         If a point has no hit that can be used.
     """
-    records: dict[str, list[BroadbandRecord]] = {}
+    records: dict[str, list[HitRecord]] = {}
     numbers: dict[str, int] = {}
     set_aside = []
     for record in broadband_records(run, channels=[force, *channels], impacts=True):
         point = record.sweep
         number = numbers[point] = numbers.get(point, 0) + 1
         kept = records.setdefault(point, [])
-        if reason := _wrong(record, run, force):
+        top, half = pulse_of(record.samples[force])
+        hit = HitRecord(record=record, top=top, half=half)
+        if reason := _wrong(hit, run, force):
             set_aside.append(f"point {point}, hit {number} is set aside: {reason}")
         else:
-            kept.append(record)
+            kept.append(hit)
     if not records:
         raise InputError(run.path, "/procedure", "holds no hit", "run a procedure of kind impact")
     for point, kept in records.items():
         if not kept:
             why = next(line for line in set_aside if line.startswith(f"point {point}, "))
             raise InputError(run.path, f"point {point}", f"none of its hits can be used: {why}", "hit it again")
-    whole = [record for kept in records.values() for record in kept]
+    whole = [hit.record for kept in records.values() for hit in kept]
     length = min(len(record.samples[force]) for record in whole)
     kept_records = {point: tuple(kept) for point, kept in records.items()}
     return Hits(
@@ -75,8 +97,9 @@ def pulse_of(force: Array) -> tuple[int, int]:
     return top, int(wide) + LIMITS.pulse_ringing
 
 
-def _wrong(record: BroadbandRecord, run: Run, force: str) -> str:
+def _wrong(hit: HitRecord, run: Run, force: str) -> str:
     """What forbids to use a hit; empty if nothing does."""
+    record, top, half = hit.record, hit.top, hit.half
     for name, samples in record.samples.items():
         full = run.channels[name].range
         if full is not None and np.any(np.abs(samples) >= LIMITS.full_scale * full):
@@ -84,7 +107,6 @@ def _wrong(record: BroadbandRecord, run: Run, force: str) -> str:
         if len(record.missing.get(name, ())):
             return f"{len(record.missing[name])} samples of {name} were lost"
     signal = record.samples[force]
-    top, half = pulse_of(signal)
     others = np.abs(signal)
     others[max(0, top - half) : top + half + 1] = 0.0
     second = int(np.argmax(others))

@@ -19,10 +19,9 @@ from scipy.ndimage import uniform_filter1d
 from scipy.signal.windows import tukey
 
 from twin.arrays import Array
-from twin.identify.impacts.hits import Hits, pulse_of
+from twin.identify.impacts.hits import HitRecord, Hits
 from twin.identify.limits import LIMITS
 from twin.identify.responses.limits import LIMITS as RESPONSES
-from twin.identify.spectrum import BroadbandRecord
 
 Estimator = Literal["H1", "H2", "Hv"]
 
@@ -90,7 +89,7 @@ def reduce_hits(hits: Hits, how: Reduction, *, band_Hz: tuple[float, float] | No
         If the band has no lines.
     """
     remains, moving = _ends(hits)
-    rest_s = (hits.length - _earliest(hits)) / hits.sample_rate_Hz
+    rest_s = (hits.length - min(hit.top for hit in hits.each)) / hits.sample_rate_Hz
     share = how.left if how.left is not None else min(1.0, LIMITS.window_wanted / max(remains, 1e-12))
     rate = -float(np.log(share)) / rest_s
     spectra = {
@@ -113,10 +112,10 @@ def reduce_hits(hits: Hits, how: Reduction, *, band_Hz: tuple[float, float] | No
     )  # fmt: skip
 
 
-def _spectra(hits: Hits, record: BroadbandRecord, force_window_s: float | None, rate: float) -> tuple[Array, Array]:
+def _spectra(hits: Hits, hit: HitRecord, force_window_s: float | None, rate: float) -> tuple[Array, Array]:
     """Spectra of the windowed force (n,) and of the windowed responses (n, o) of one hit."""
+    record, top, half = hit.record, hit.top, hit.half
     force = record.samples[hits.force][: hits.length]
-    top, half = pulse_of(force)
     if force_window_s is not None:
         half = max(1, round(force_window_s * hits.sample_rate_Hz))
     rest = force[: max(1, top - half)]
@@ -157,13 +156,13 @@ def _ends(hits: Hits) -> tuple[float, float]:
     Medians over the hits, of the channel that is worst.
     """
     remains, moving = [], []
-    for record in (one for own in hits.records.values() for one in own):
-        top, half = pulse_of(record.samples[hits.force])
+    for hit in hits.each:
+        top = hit.top
         after = (hits.length - top) // 10
         ends = []
         for name in hits.channels:
-            x = record.samples[name][: hits.length]
-            before, first, last = x[: max(1, top - half)], x[top : top + after], x[-after:]
+            x = hit.record.samples[name][: hits.length]
+            before, first, last = x[: max(1, top - hit.half)], x[top : top + after], x[-after:]
             begin = _rms(first)
             quiet = _rms(np.diff(before) / np.sqrt(2)) if len(before) > 2 else 0.0
             ends.append([np.sqrt(max(_rms(each) ** 2 - quiet**2, 0.0)) / begin for each in (last, before)])
@@ -172,18 +171,13 @@ def _ends(hits: Hits) -> tuple[float, float]:
     return float(np.max(np.median(remains, axis=0))), float(np.max(np.median(moving, axis=0)))
 
 
-def _earliest(hits: Hits) -> int:
-    return min(pulse_of(one.samples[hits.force])[0] for own in hits.records.values() for one in own)
-
-
 def _rms(x: Array) -> float:
     return float(np.sqrt(np.mean(np.square(x)))) if len(x) else 0.0
 
 
 def _notes(hits: Hits, how: Reduction, remains: float, moving: float, share: float) -> Iterator[str]:
     """What windows and hits do to the data."""
-    halves = [pulse_of(one.samples[hits.force])[1] for own in hits.records.values() for one in own]
-    needed_s = (float(np.median(halves)) - LIMITS.pulse_ringing) / hits.sample_rate_Hz
+    needed_s = (float(np.median([hit.half for hit in hits.each])) - LIMITS.pulse_ringing) / hits.sample_rate_Hz
     if how.force_window_s is not None and how.force_window_s < needed_s:
         yield (
             f"wrong window: the force window of {1e3 * how.force_window_s:.3g} ms cuts the pulse, which needs "
