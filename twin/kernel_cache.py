@@ -1,19 +1,29 @@
-"""A place for compiled kernels: numba stops with an error where neither the package nor the user can keep them."""
+"""A place for compiled kernels: beside the package, where numba puts them, they would outlive it.
+
+A folder that an uninstalled package leaves behind with files in it hides another installation of the same name.
+"""
 
 import os
+import sys
 import tempfile
 from pathlib import Path
 
 
 def find_cache_place() -> None:
-    """Name a folder for numba's cache where it would have none; one that is set already is kept.
+    """Name a folder for numba's cache; one that is set already is kept.
 
-    The folder lies among the temporary files, belongs to this user alone, since what is in it is run, and is the same
-    for every process of the user; where somebody else has taken its name, each process compiles for itself.
+    It lies in the virtual environment, whose end is its own, else in the user's cache.  Where neither takes files, it
+    lies among the temporary ones: it then belongs to this user alone, since what is in it is run, and is the same for
+    every process of the user; where somebody else has taken its name, each process compiles for itself.
     """
-    user_cache = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
-    if "NUMBA_CACHE_DIR" in os.environ or _takes_files(Path(__file__).parent) or _takes_files(user_cache / "numba"):
+    if "NUMBA_CACHE_DIR" in os.environ:
         return
+    user_cache = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
+    places = [user_cache] if sys.prefix == sys.base_prefix else [Path(sys.prefix) / "var" / "cache", user_cache]
+    for place in places:
+        if _takes_files(place / "virtual-test-rig"):
+            os.environ["NUMBA_CACHE_DIR"] = str(place / "virtual-test-rig")
+            return
     own = Path(tempfile.gettempdir()) / f"virtual-test-rig-kernels-{os.getuid()}"
     own.mkdir(mode=0o700, exist_ok=True)
     found = own.lstat()

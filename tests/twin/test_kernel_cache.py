@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+import sys
 import tempfile
 from pathlib import Path
 
@@ -14,11 +15,11 @@ from twin import kernel_cache
 
 @pytest.fixture
 def nowhere(tmp_path, monkeypatch):
-    """An installation and a home that take no files: both lie beneath a file.  Where temporary files go is left."""
+    """An environment and a home that take no files: both lie beneath a file.  Where temporary files go is left."""
     blocked, temporary = tmp_path / "file", tmp_path / "tmp"
     blocked.touch()
     temporary.mkdir()
-    monkeypatch.setattr(kernel_cache, "__file__", str(blocked / "twin" / "kernel_cache.py"))
+    monkeypatch.setattr(sys, "prefix", str(blocked))
     monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
     monkeypatch.setenv("NUMBA_CACHE_DIR", "")
     monkeypatch.delenv("NUMBA_CACHE_DIR")
@@ -26,11 +27,19 @@ def nowhere(tmp_path, monkeypatch):
     return temporary
 
 
-def test_a_writable_installation_keeps_its_own_cache(monkeypatch):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
-    monkeypatch.delenv("NUMBA_CACHE_DIR")
+def test_an_environment_keeps_its_own_cache_and_no_kernel_lies_beside_the_package(nowhere, tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "prefix", str(tmp_path / "venv"))
     kernel_cache.find_cache_place()
-    assert "NUMBA_CACHE_DIR" not in os.environ
+    place = Path(os.environ["NUMBA_CACHE_DIR"])
+    assert place.is_relative_to(tmp_path / "venv")
+    assert "site-packages" not in place.parts
+
+
+def test_a_system_wide_python_keeps_kernels_in_the_users_cache(nowhere, tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "prefix", sys.base_prefix)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    kernel_cache.find_cache_place()
+    assert Path(os.environ["NUMBA_CACHE_DIR"]).parent == tmp_path / "cache"
 
 
 def test_nothing_writable_leaves_a_private_folder_that_every_process_finds_again(nowhere, monkeypatch):
