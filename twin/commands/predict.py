@@ -14,11 +14,16 @@ from twin.commands.common.output import print_json, say, tell_assumed, working
 @click.option("--drive", required=True, metavar="DRIVE.csv", type=FILE, help="What to predict.")
 @click.option("--out", required=True, metavar="RESPONSE.csv", type=FILE, help="The answer.")
 @click.option("--preload", metavar="NAME", help="State of the joint; the model's first if left out.")
+@click.option("--shaker", metavar="NAME", help="Which of the model's drives acts; its first if left out.")
+@click.option("--channel", metavar="NAME", help="Whose response; that of the file's law, or the farthest out.")
 @causes_option
 @laws_option
 @overwrite_option
 @json_option
-def command(model: str, drive: Path, out: Path, preload: str | None, overwrite: bool, as_json: bool) -> None:
+def command(
+    model: str, drive: Path, out: Path, preload: str | None, shaker: str | None, channel: str | None, overwrite: bool,
+    as_json: bool,
+) -> None:  # fmt: skip
     """Predict the response of MODEL (a rig file, as `twin identify` writes it, or a shipped rig's name).
 
     DRIVE.csv has the columns frequency_Hz and force_N, or frequency_Hz and acceleration_m_per_s2 for a response that is
@@ -34,7 +39,7 @@ def command(model: str, drive: Path, out: Path, preload: str | None, overwrite: 
         asked = read_drive(drive)
         predicted = rig.predict(
             asked.frequency_Hz, force_N=asked.force_N, acceleration_m_per_s2=asked.acceleration_m_per_s2,
-            preload=preload,
+            preload=preload, shaker=shaker, channel=channel,
         )  # fmt: skip
     response = predicted.response
     write_response(response, out)

@@ -92,6 +92,8 @@ def predict_response(
     force_N: float | Iterable[float] | None,
     acceleration_m_per_s2: float | Iterable[float] | None,
     preload: str | None,
+    shaker: str | None = None,
+    channel: str | None = None,
     source: str,
 ) -> PredictedResponse:
     """Predict the steady responses of a rig; `source` names it in errors."""
@@ -108,15 +110,20 @@ def predict_response(
         raise ValueError("frequencies, forces and accelerations are finite and above zero")
     name = "acceleration" if held else "force"
     if isinstance(rig, ModalRig):
-        if preload is not None:
-            raise InputError(source, "--preload", "a modal model has no preloads")
+        for what, chosen in (("preload", preload), ("shaker", shaker), ("channel", channel)):
+            if chosen is not None:
+                raise InputError(source, f"--{what}", f"a modal model has one mode and no choice of a {what}")
         if rig.law is None:
             raise InputError(source, "law", "this modal rig has none yet", "identify it from sweeps first")
         predict = predict_held if held else predict_forced
         return PredictedResponse(response=predict(rig.law, frequency, level), given=name, warnings=())
     if isinstance(rig, BeamRig):
         raise no_structure(rig.kind, source)
+    rig = rig.driven_by(shaker)
     evidence = blank_data(rig, known_preload(rig, preload))
+    if channel not in (None, *evidence.channels):
+        known = f"the rig has {', '.join(evidence.channels)}"
+        raise InputError(source, "--channel", f"no response sensor is called {channel!r}", known)
     for law in (joint.law for joint in rig.joints):
         if isinstance(law, LawTable) and law.channel not in evidence.channels:
             raise InputError(
@@ -127,7 +134,7 @@ def predict_response(
     warnings += [f"implausible: {line}" for line in unlikely_units(rig)]
     evidence = with_effects(evidence, source=source)
     try:
-        model = RigResponse(evidence)
+        model = RigResponse(evidence, channel=channel)
     except ValueError as error:
         raise InputError(source, "joint.law", str(error).removeprefix("joint.law: ")) from error
     found = model.held(frequency, level) if held else model.forced(frequency, level)

@@ -338,6 +338,8 @@ class LabRig(Shown):
         force_N: float | Iterable[float] | None = None,
         acceleration_m_per_s2: float | Iterable[float] | None = None,
         preload: str | None = None,
+        shaker: str | None = None,
+        channel: str | None = None,
     ) -> PredictedResponse:
         """Predict the response to given forces, all branches of it, or the force that given accelerations need.
 
@@ -349,11 +351,15 @@ class LabRig(Shown):
             Peak values, one for all steps or one each; one of the two.
         preload
             State of the joint; the rig's first if not given.
+        shaker
+            Which of the rig's drives acts; the first if not given.
+        channel
+            Whose response; that of the file's law if not given, or the response sensor nearest the tip.
 
         Raises
         ------
         InputError
-            If the rig cannot be predicted with, or has not that preload.
+            If the rig cannot be predicted with, or has not that preload, drive or channel.
         ValueError
             If not just one of force and acceleration is given.
         """
@@ -361,7 +367,7 @@ class LabRig(Shown):
 
         return predict_response(
             self.file, frequency_Hz, force_N=force_N, acceleration_m_per_s2=acceleration_m_per_s2, preload=preload,
-            source=self.source,
+            shaker=shaker, channel=channel, source=self.source,
         )  # fmt: skip
 
     def _structure(self) -> Rig:
