@@ -57,7 +57,8 @@ class Limits:
     many_from: int = 5
     """Local coordinates from which on it is quicker to follow changes than to eliminate."""
     many_changed: float = 1e-3
-    """Change of a tangent times the flexibility there that is not followed: Newton contracts by as much."""
+    """Change of a tangent times flexibility, over the sizes of the coordinates, that is not followed: Newton contracts
+    by as much."""
     many_slow: int = 12
     """Newton steps after which rounding is the likely reason that there are so many, and all is made anew."""
     # marching.py

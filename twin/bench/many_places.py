@@ -2,7 +2,8 @@
 
 With tangents T and the step's flexibility D the correction is (1 - D T)^-1 r = r + S T r, S = (1 - D T)^-1 D.  One
 tangent that changes by d alters S by d S_b S_b' / (1 - d S_bb), S_b its column and row at that place: a step costs
-places squared, where an elimination would cost places cubed.  S decides how fast Newton converges and not to what.
+places squared, where an elimination would cost places cubed.  S decides how fast Newton converges and not to what: a
+change that no place would feel, each in its own size, is not followed.
 """
 
 import numpy as np
@@ -17,7 +18,9 @@ CHANGED, SLOW = LIMITS.many_changed, LIMITS.many_slow
 
 
 @COMPILED
-def correct(D: Matrix, tangent: Matrix, kept: Matrix, S: Matrix, r: Matrix, iteration: int) -> None:
+def correct(
+    D: Matrix, tangent: Matrix, kept: Matrix, S: Matrix, size: Matrix, r: Matrix, iteration: int
+) -> None:  # fmt: skip
     """Replace the residual r, (n,), by Newton's correction.
 
     Parameters
@@ -28,6 +31,8 @@ def correct(D: Matrix, tangent: Matrix, kept: Matrix, S: Matrix, r: Matrix, iter
         Of the forces now.
     kept, S : ndarray, (n,), (n, n)
         The tangents of S and S itself, moved on in place.
+    size : ndarray, (n,)
+        Of the coordinates, which may be displacements at some places and velocities at others.
     iteration : int
         Newton's in this step; the very first call is to have S = 0.
     """
@@ -39,7 +44,12 @@ def correct(D: Matrix, tangent: Matrix, kept: Matrix, S: Matrix, r: Matrix, iter
                 S[a, b] = D[a, 1 + b]
     for b in range(n):
         change = tangent[b] - kept[b]
-        if abs(change * S[b, b]) > CHANGED:
+        if change == 0.0:
+            continue
+        felt = 0.0
+        for a in range(n):
+            felt = max(felt, abs(S[a, b]) / size[a])
+        if abs(change) * felt * size[b] > CHANGED:
             scale = change / (1.0 - change * S[b, b])
             for a in range(n):
                 if a != b:

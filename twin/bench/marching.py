@@ -222,7 +222,7 @@ def integrate(step: Step, elements: Elements, w: Matrix, y: Matrix, u: Matrix, v
                 r[1] = (a00 * r[1] - a10 * r[0]) / determinant
                 r[0] = first_step
             elif many:
-                correct(D, tangent, kept, S, r, iteration)
+                correct(D, tangent, kept, S, size, r, iteration)
             else:
                 for a in range(locals_):
                     for b in range(locals_):

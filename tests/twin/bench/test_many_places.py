@@ -25,7 +25,7 @@ def test_corrections_are_those_of_a_solver_whatever_changed_before():
         tangent[rng.integers(n, size=3)] = rng.choice([0.0, 1.0, 7.5], size=3)
         residual = rng.standard_normal(n)
         found = residual.copy()
-        correct(D, tangent, kept, S, found, turn % 20)
+        correct(D, tangent, kept, S, np.ones(n), found, turn % 20)
         expected = np.linalg.solve(np.eye(n) - flexibility * tangent, residual)
         assert np.linalg.norm(found - expected) < 1e-9 * np.linalg.norm(expected), turn
 
@@ -33,9 +33,19 @@ def test_corrections_are_those_of_a_solver_whatever_changed_before():
 def test_a_little_change_is_left_and_costs_no_more_than_it_says():
     D = np.column_stack([np.zeros(2), -np.eye(2)])
     kept, S, found = np.zeros(2), np.zeros((2, 2)), np.ones(2)
-    correct(D, np.array([0.0, 0.5 * CHANGED]), kept, S, found, 0)
+    correct(D, np.array([0.0, 0.5 * CHANGED]), kept, S, np.ones(2), found, 0)
     assert kept.tolist() == [0.0, 0.0]
     np.testing.assert_allclose(found, 1.0, rtol=CHANGED)
+
+
+def test_a_change_is_followed_where_another_coordinate_feels_it_in_its_own_size():
+    """A joint's opening and its slip's speed: by the diagonal alone the change is small, yet the speed is all of it."""
+    D = np.column_stack([np.zeros(2), [[-1e-8, 0.0], [1e-5, -1e-4]]])
+    tangent, size = np.array([7e3, 0.0]), np.array([1e-8, 1e-9])
+    kept, S, found = np.zeros(2), np.zeros((2, 2)), np.array([1e-9, 1e-10])
+    expected = np.linalg.solve(np.eye(2) - D[:, 1:] * tangent, found)
+    correct(D, tangent, kept, S, size, found, 0)
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize(
