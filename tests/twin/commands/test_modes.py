@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from said import said_beside_stages
 
 from recordings import FrequencyTable, RunWriter, read_table
 from twin.bench import no_law, open_bench
@@ -62,5 +63,5 @@ def test_what_cannot_be_fitted_is_refused_in_one_line(linear_run, campaign, tmp_
         status, printed, said = run(capsys, "modes", *arguments, "--out", out, "--json")
         assert (status, printed) == (2, "")
         assert reason in said
-        assert len(said.strip().splitlines()) == 1
+        assert len(said_beside_stages(said)) == 1
         assert not list(tmp_path.iterdir())
