@@ -74,6 +74,7 @@ def show(
                 for one in modelled.structure.reductions
             },
             "sensors": [sensor.channel for sensor in loaded.sensors],
+            "effects": [effect.cause for effect in loaded.effect],
             "assumed": assumed(loaded),
             "warnings": list(warnings),
         })  # fmt: skip
@@ -85,6 +86,9 @@ def show(
     for one in modelled.structure.reductions:
         say(f"{one.part.name}: {one.told}")
     tell_assumed(assumed(loaded))
+    if loaded.effect:
+        named = ", ".join(effect.cause for effect in loaded.effect)
+        say(f"effects: {named}; they act on the bench and in predictions, not in these modes")
     if modelled.rigid:
         say(f"{modelled.rigid} rigid motions")
     for number, frequency in enumerate(frequencies, start=1):

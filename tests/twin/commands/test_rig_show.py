@@ -6,7 +6,7 @@ import pytest
 
 from recordings.errors import InputError
 from twin.cli import group
-from twin.rigs import RIG_FILES, load_rig, save_rig
+from twin.rigs import RIG_FILES, Effect, load_rig, save_rig
 from twin.structure.modelled_rig import modelled_rig
 from twin.structure.plausibility import implausible
 
@@ -27,6 +27,7 @@ def test_every_shipped_rig_is_told(capsys, name):
         "laws",
         "reductions",
         "sensors",
+        "effects",
         "assumed",
         "warnings",
     }
@@ -40,6 +41,16 @@ def test_every_shipped_rig_is_told(capsys, name):
     assert len(errors) == {"stiffened-plate": 2}.get(name, 0)
     assert max(errors, default=0.0) < 1e-4
     assert table["joints"] == [joint.name for joint in rig.joints]
+
+
+def test_effects_are_told_and_said_to_be_no_part_of_the_modes(capsys, tmp_path):
+    rig = load_rig("l-frame")
+    own = Effect(cause="channel-gain", parameters={"channel": rig.response_sensors[0].channel, "factor": 1.1})
+    path = tmp_path / "with-effect.toml"
+    save_rig(rig.model_copy(update={"effect": [own]}), path)
+    assert shown(capsys, str(path))["effects"] == ["channel-gain"]
+    group.main(args=["rig", "show", str(path)], prog_name="twin", standalone_mode=False)
+    assert "effects: channel-gain; they act on the bench" in capsys.readouterr().err
 
 
 def test_pictures_are_written_whole(capsys, tmp_path):
