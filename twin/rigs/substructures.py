@@ -86,6 +86,8 @@ class SubstructuresRig(StructureRig):
         for connection in self.connection:
             where = f"connection {connection.name!r}"
             for name, at in zip(connection.between, connection.at, strict=True):
+                if name not in bare:
+                    self._find(where, name)
                 if (name in bare) != isinstance(at, str):
                     raise ValueError(f"{where}: {name!r} is joined at {'a point' if name in bare else 'a number'}")
                 if not isinstance(at, str):

@@ -160,12 +160,17 @@ def gather_substructures(rig: SubstructuresRig, *, preload: str | None = None) -
         for sign, end in zip((-1, 1), pair, strict=True):
             gap[where[end] if isinstance(end, tuple) else end] += sign
     gaps[len(joints) + np.arange(len(dampers)), dampers] = 1
+    rows = np.array(ports.rows)
+    rigid = np.array([dof in one.rigid for one, dof in joints] + [False] * len(dampers))
+    closed = np.hstack([gaps[rigid, : len(rows)] @ rows, gaps[rigid, len(rows) :]])
+    if np.linalg.matrix_rank(closed) < len(closed):
+        raise InputError(rig.name, "connection", "a gap is closed rigidly twice", "leave one of the connections out")
     basis = lowest_modes_basis(
         structure.M, structure.stiffness(*rig.moduli_values(preload)), np.array(rig.damping.modal_ratio),
         kept=structure.size,
     )  # fmt: skip
     assert lines is not None
-    return Substructures(rig, basis, np.array(ports.rows), gaps, joints, tuple(parts), lines)
+    return Substructures(rig, basis, rows, gaps, joints, tuple(parts), lines)
 
 
 @dataclass

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -64,12 +65,14 @@ def accelerance(M: Array, C: Array, K: Complex, rows: Array, loads: Array) -> Co
 BEAMS = tuple(Beam(*both, clamped=number == 0) for number, both in enumerate(zip(LENGTHS, ELEMENTS, strict=True)))
 
 
-def measured_part(points: Array = np.array(POINTS)) -> Complex:
+@cache
+def measured_part() -> Complex:
     """Accelerances of the second beam by itself, hung free."""
     beam = BEAMS[1]
-    return accelerance(beam.M, beam.C, beam.K + 0j, beam.rows(points), beam.rows(points))
+    return accelerance(beam.M, beam.C, beam.K + 0j, *[beam.rows(np.array(POINTS))] * 2)
 
 
+@cache
 def whole() -> Complex:
     """Accelerances of the sensors over the drive's force, all three beams assembled, (f, o)."""
     M, C, K = (block_diag(*(getattr(beam, name) for beam in BEAMS)) for name in "MCK")
@@ -147,21 +150,19 @@ range = 50.0
         text += f'\n[[sensor]]\nchannel = "{channel}"\nquantity = "acceleration"\npart = "{"abc"[part]}"\nat = {at}\n'
         text += "range = 490.0\n"
     for n, (k, (one, other), factor) in enumerate(zip(STIFFNESS, BOLTS, factors, strict=True)):
-        ends = f'between = ["a", "b"]\nat = [{one}, "b{n + 1}"]' if n < 2 else f'between = ["b", "c"]\nat = ["b{n + 1}", {other}]'
-        text += f'\n[[connection]]\nname = "bolt-{n + 1}"\n{ends}\nstiffness = {{ y = {k * factor} }}\nloss_factor = {loss}\n'
+        ends = f'["a", "b"]\nat = [{one}, "b{n + 1}"]' if n < 2 else f'["b", "c"]\nat = ["b{n + 1}", {other}]'
+        text += f'\n[[connection]]\nname = "bolt-{n + 1}"\nbetween = {ends}\n'
+        text += f"stiffness = {{ y = {k * factor} }}\nloss_factor = {loss}\n"
     return text
 
 
 def files(folder: Path, rng: np.random.Generator, size: float = 1e-3) -> Path:
     """Rig file, b.npz and coupled.npz in a folder, the responses with noise of this relative size; the rig's path."""
     names = [f"b{n + 1}" for n in range(len(POINTS))]
-    write(folder / "b.npz", noisy(PART, rng, size), names, names)
-    write(folder / "coupled.npz", noisy(WHOLE, rng, size)[:, :, None], [name for name, *_ in SENSORS], ["force"])
+    write(folder / "b.npz", noisy(measured_part(), rng, size), names, names)
+    write(folder / "coupled.npz", noisy(whole(), rng, size)[:, :, None], [name for name, *_ in SENSORS], ["force"])
     (folder / "rig.toml").write_text(rig_text())
     return folder / "rig.toml"
-
-
-PART, WHOLE = measured_part(), whole()
 
 
 def away_from_antiresonances(H: Complex) -> NDArray[np.bool_]:
