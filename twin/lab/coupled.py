@@ -15,9 +15,9 @@ from twin.lab.shown import Shown
 from twin.rigs.preloads import known_preload
 from twin.rigs.substructures import load_substructures
 from twin.substructuring import (
+    CoupledPrediction,
     JointFit,
     JointValues,
-    Prediction,
     Substructures,
     gather_substructures,
     identify_joints,
@@ -38,14 +38,14 @@ class CoupledResponses(Shown):
     ----------
     parts : Substructures
         What was coupled.
-    predicted : Prediction
+    predicted : CoupledPrediction
         Responses of the rig's sensors over the forces of its drives, with the identified joints if there are any.
     fit : JointFit, or None
         The joints, if a measured response was given.
     """
 
     parts: Substructures
-    predicted: Prediction
+    predicted: CoupledPrediction
     fit: JointFit | None
 
     @property

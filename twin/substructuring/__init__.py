@@ -1,12 +1,12 @@
 """Measured parts beside modelled ones: receptances synthesised, expanded, coupled; joints identified."""
 
-from twin.substructuring.joint_identification import JointFit, JointValues, Prediction, identify_joints, predict
+from twin.substructuring.joint_identification import CoupledPrediction, JointFit, JointValues, identify_joints, predict
 from twin.substructuring.substructures import Substructures, gather_substructures
 
 __all__ = [
+    "CoupledPrediction",
     "JointFit",
     "JointValues",
-    "Prediction",
     "Substructures",
     "gather_substructures",
     "identify_joints",

@@ -24,7 +24,7 @@ from twin.substructuring.expansion import Expansion
 from twin.substructuring.limits import LIMITS
 from twin.substructuring.substructures import Substructures
 
-__all__ = ["JointFit", "JointValues", "Prediction", "identify_joints", "predict"]
+__all__ = ["CoupledPrediction", "JointFit", "JointValues", "identify_joints", "predict"]
 
 Gap = tuple[str, str]
 """Connection and motion."""
@@ -58,7 +58,7 @@ class JointValues:
 
 
 @dataclass(frozen=True, eq=False)
-class Prediction:
+class CoupledPrediction:
     """Coupled responses.
 
     Attributes
@@ -82,7 +82,7 @@ class JointFit:
     Attributes
     ----------
     values : JointValues
-    before, after : Prediction
+    before, after : CoupledPrediction
         At the lines that were fitted, (f,).
     measured : ndarray of complex, (f, o, d)
         NaN where nothing was measured.
@@ -96,8 +96,8 @@ class JointFit:
     """
 
     values: JointValues
-    before: Prediction
-    after: Prediction
+    before: CoupledPrediction
+    after: CoupledPrediction
     measured: Array
     chi2_per_dof: float
     parts: Substructures
@@ -124,8 +124,8 @@ class _Model:
     def at(parts: Substructures, frequency_Hz: Array) -> _Model:
         return _Model(parts, frequency_Hz, *parts.uncoupled(2 * np.pi * frequency_Hz))
 
-    def start(self, values: JointValues) -> Array:
-        """Joints first, then the parts' parameters as they were synthesised."""
+    def vector(self, values: JointValues) -> Array:
+        """Joints first, then the parts' parameters."""
         joints = [*np.log([*values.stiffness.values()]), *values.loss_factor.values()]
         return np.concatenate([joints, *(part.synthesis.vector for part in self.parts.parts)])
 
@@ -169,38 +169,31 @@ class _Model:
             ], axis=2))  # fmt: skip
         return H, factor[..., None] * np.concatenate(columns, axis=3)
 
-    def predicted(self, x: Array, covariance: Array) -> Prediction:
+    def predicted(self, x: Array, covariance: Array) -> CoupledPrediction:
         H, J = self.evaluate(x)
         variance = np.einsum("fodn,nm,fodm->fod", J, covariance, J.conj(), optimize=True).real
-        return Prediction(self.frequency_Hz, H, np.sqrt(np.maximum(variance, 0.0)))
+        return CoupledPrediction(self.frequency_Hz, H, np.sqrt(np.maximum(variance, 0.0)))
 
 
-def predict(parts: Substructures, fit: JointFit | None = None, frequency_Hz: Array | None = None) -> Prediction:
-    """Coupled responses of the rig's sensors over the forces of its drives.
+def predict(parts: Substructures, fit: JointFit | None = None) -> CoupledPrediction:
+    """Coupled responses of the rig's sensors over the forces of its drives, at the lines of the measured parts.
 
     Parameters
     ----------
     fit
         Identified joints; the rig file's if not given.
-    frequency_Hz
-        Within the lines of the measured parts; these if not given.
 
     Raises
     ------
     InputError
         If the interface is singular.
     """
-    model = _Model.at(parts, parts.frequency_Hz if frequency_Hz is None else frequency_Hz)
-    if fit is None:
-        x = model.start(JointValues.of(parts))
-        return model.predicted(x, _covariance_of_parts(parts, len(x)))
-    return _Model.at(fit.parts, model.frequency_Hz).predicted(model_vector(fit), fit.covariance)
-
-
-def model_vector(fit: JointFit) -> Array:
-    """Joints and the parts' parameters of a fit in one vector."""
-    joints = [*np.log([*fit.values.stiffness.values()]), *fit.values.loss_factor.values()]
-    return np.concatenate([joints, *(part.synthesis.vector for part in fit.parts.parts)])
+    if fit is not None:
+        model = _Model.at(fit.parts, fit.parts.frequency_Hz)
+        return model.predicted(model.vector(fit.values), fit.covariance)
+    model = _Model.at(parts, parts.frequency_Hz)
+    x = model.vector(JointValues.of(parts))
+    return model.predicted(x, _covariance_of_parts(parts, len(x)))
 
 
 def identify_joints(parts: Substructures, file: Responses) -> JointFit:
@@ -222,7 +215,7 @@ def identify_joints(parts: Substructures, file: Responses) -> JointFit:
     frequency_Hz, measured, std = _measured(parts, file)
     model = _Model.at(parts, frequency_Hz)
     seen = np.isfinite(measured) & (std < LIMITS.noisiest)
-    x0 = model.start(start)
+    x0 = model.vector(start)
     n, joints = len(x0), len(start.stiffness) + len(start.loss_factor)
     precision = np.zeros((n, n))
     prior = [LIMITS.guessed] * len(start.stiffness) + [LIMITS.guessed_loss] * len(start.loss_factor)

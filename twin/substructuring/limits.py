@@ -28,6 +28,8 @@ class Limits:
     most_points: int = 16
     """Of a part known by its responses: all pairs of them are measured."""
     # synthesis.py
+    remainders: int = 6
+    """R_n: as many as follow the next modes above a band closely enough for resonances of a hundred half widths."""
     rigid: float = 1e-3
     """Motion below all lines, over the largest, from which on it is one: rigid motions all show, noise is less."""
     damping: float = 1e-4

@@ -26,9 +26,6 @@ from twin.substructuring.limits import LIMITS
 
 __all__ = ["Synthesis", "synthesise"]
 
-REMAINDERS = 6
-"""R_n: as many as follow the next modes above a band closely enough for resonances of a hundred half widths."""
-
 
 @dataclass(frozen=True, eq=False)
 class Synthesis:
@@ -59,7 +56,7 @@ class Synthesis:
     @cached_property
     def blocks(self) -> Blocks:
         """Order and sizes of the parameters; R_n by the pairs j <= k of points."""
-        p, m, rest = self.points, self.modes, REMAINDERS * self.points * (self.points + 1) // 2
+        p, m, rest = self.points, self.modes, LIMITS.remainders * self.points * (self.points + 1) // 2
         shapes = (("omega", m), ("zeta", m), ("psi_re", p * m), ("psi_im", p * m), ("G", p * self.rigid))
         return Blocks((*shapes, ("rest", rest)))
 
@@ -82,18 +79,18 @@ class Synthesis:
 
     def remainders(self, omega: Array) -> Array:
         """Courses of the remainders, (f, 6)."""
-        return np.asarray((1j * omega[:, None] / self.band[1]) ** np.arange(REMAINDERS))
+        return np.asarray((1j * omega[:, None] / self.band[1]) ** np.arange(LIMITS.remainders))
 
     def receptance(self, omega: Array) -> Array:
         """Receptances (f, p, p), m/N, at `omega` (f,), rad/s."""
         (poles, _), (psi, G), s = self._poles, self._shapes, 1j * omega[:, None]
         ranks = np.einsum("jr,kr->rjk", psi, psi).reshape(self.modes, -1)
-        rest = np.zeros((self.points, self.points, REMAINDERS))
+        rest = np.zeros((self.points, self.points, LIMITS.remainders))
         j, k = np.triu_indices(self.points)
-        rest[j, k] = rest[k, j] = self._part["rest"].reshape(-1, REMAINDERS)
+        rest[j, k] = rest[k, j] = self._part["rest"].reshape(-1, LIMITS.remainders)
         found = (1 / (s - poles)) @ ranks + (1 / (s - poles.conj())) @ ranks.conj()
         found -= (self.band[0] / omega[:, None]) ** 2 * (G @ G.T).ravel()
-        found += self.remainders(omega) @ rest.reshape(-1, REMAINDERS).T
+        found += self.remainders(omega) @ rest.reshape(-1, LIMITS.remainders).T
         return np.asarray(found.reshape(-1, self.points, self.points))
 
     def derivatives(self, omega: Array, left: Array, right: Array) -> Array:

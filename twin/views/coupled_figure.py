@@ -3,12 +3,12 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from twin.substructuring import JointFit, Prediction, Substructures
+from twin.substructuring import CoupledPrediction, JointFit, Substructures
 from twin.views.drawing import draw_band, dressed, legend, panels
 from twin.views.style import AFTER, BEFORE, MEASURED
 
 
-def coupled_figure(parts: Substructures, predicted: Prediction, fit: JointFit | None = None) -> Figure:
+def coupled_figure(parts: Substructures, predicted: CoupledPrediction, fit: JointFit | None = None) -> Figure:
     """Magnitudes of each sensor's response over the first drive's force, with one standard deviation."""
     sensors = [sensor.channel for sensor in parts.rig.response_sensors]
     figure, axes = panels(len(sensors), 1, height_in=0.5 + 2.2 * len(sensors), sharex=True)
