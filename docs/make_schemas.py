@@ -19,6 +19,7 @@ from twin.rigs.beam import BeamRig
 from twin.rigs.lap_joint import LapJointRig
 from twin.rigs.modal import ModalRig
 from twin.rigs.structure_rig import StructureRig
+from twin.rigs.substructures import SubstructuresRig
 
 FOLDER = Path(__file__).parent / "schemas"
 FILES: dict[str, tuple[str, Any]] = {
@@ -26,6 +27,7 @@ FILES: dict[str, tuple[str, Any]] = {
     "rig-2": ("A rig of format 2: any structure", StructureRig),
     "rig-beam": ("A beam alone", BeamRig),
     "rig-modal": ("One measured mode", ModalRig),
+    "rig-substructures": ("Parts known by their responses beside parts by models", SubstructuresRig),
     "procedure": ("A procedure", Annotated[Procedure, Field(discriminator="procedure")]),
     "mapping": ("What twin import cannot know of a foreign file", Mapping),
     "instruments": ("Where the instruments are, and what hangs on their channels", Instruments),

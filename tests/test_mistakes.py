@@ -29,6 +29,7 @@ GOOD = {
     "identify": ["cut.mcap", "--rig", "steel-lap-joint", "--out", "new.toml"],
     "friction": ["frequencies.csv"],
     "predict": ["steel-lap-joint", "--drive", "drive.csv", "--out", "new.csv"],
+    "couple": ["steel-lap-joint", "--out", "new"],
     "diagnose": ["cut.mcap", "--rig", "steel-lap-joint", "--out", "new"],
     "campaign": ["--out", "new", "--seeds", "1", "--cause", "none"],
     "reproduce": ["composite-beam"],
@@ -40,7 +41,7 @@ GOOD = {
 LONG = "x" * 5000
 READ = {
     "files", "runs", "run", "results", "loops", "source", "what", "instruments", "drive", "held_out", "mass",
-    "stiffness", "nodes",
+    "stiffness", "nodes", "measured",
 }  # fmt: skip
 """Parameters that name files to be read."""
 NAMES = {"procedure", "procedure_name", "rig", "rig_name", "model"}

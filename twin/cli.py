@@ -35,6 +35,7 @@ SUMMARIES = {
     "identify": "Identify E', G' and the joint's nonlinear law from recordings.",
     "friction": "Identify friction, stiffness and backlash from measured loops.",
     "predict": "Predict responses to given frequencies and forces.",
+    "couple": "Couple a part known by its responses to models of the others; identify the joints.",
     "diagnose": "Show what the model gets wrong, name the cause, extend the model, measure the gain.",
     "campaign": "Hide causes in many virtual rigs, diagnose them blind, and count.",
     "reproduce": "The papers' tables side by side with this project's.",

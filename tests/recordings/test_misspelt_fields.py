@@ -123,7 +123,7 @@ def test_byte_order_marks_and_line_ends_of_windows_are_read(encoding: str, end: 
         ('kind = "modal"', "'modal' is one measured mode; here a rig of format 1 or 2 is needed; 'twin identify"),
         (
             'kind = "plate"',
-            "'plate' is no kind of rig; there are 'beam', 'modal'; a structure has none, but format = 2",
+            "'plate' is no kind of rig; there are 'beam', 'modal', 'substructures'; a structure has none",
         ),
         ("format = 3", "3 is not known; there are 1 and 2"),
     ],

@@ -25,8 +25,9 @@ FILES = RIG_FILES | {
 NO_STRUCTURES: dict[object, tuple[str, str]] = {
     "beam": ("a beam alone", "'twin diagnose FREQUENCIES.csv --rig' takes it"),
     "modal": ("one measured mode", "'twin identify SWEEPS.csv --rig' and 'twin diagnose' take it"),
+    "substructures": ("a rig with a part that is known by its responses only", "'twin couple' predicts it"),
 }
-"""Kinds of rigs that have no structure with drive and sensors: what they are, and what they are for."""
+"""Kinds of rigs that have no whole structure with drive and sensors: what they are, and what they are for."""
 
 ORDER = ("format", "name", "lower", "upper", "part", "support", "joint", "tie", "mesh", "damping", "drive", "sensor")
 """Tables of a rig file in the order in which they are read; all others follow."""

@@ -90,11 +90,11 @@ class StructureRig(Rig):
 
     @model_validator(mode="after")
     def _consistent(self) -> StructureRig:
-        _unique("part names", [part.name for part in self.part])
-        _unique("joint names", [joint.name for joint in self.joint])
-        _unique("sensor channels", [sensor.channel for sensor in self.sensor])
+        unique("part names", [part.name for part in self.part])
+        unique("joint names", [joint.name for joint in self.joint])
+        unique("sensor channels", [sensor.channel for sensor in self.sensor])
         if len(self.drive) > 1:
-            _unique("drive names", [drive.name for drive in self.drive])
+            unique("drive names", [drive.name for drive in self.drive])
         if len({part.in_space for part in self.part if isinstance(part, BeamPart)}) > 1:
             raise ValueError("part: plane beams and beams in space cannot be mixed; give all beams three coordinates")
         for number, support in enumerate(self.support):
@@ -218,7 +218,7 @@ class StructureRig(Rig):
         """Whether both say the same; where their files lie is not said in them."""
         return super().__eq__(other.in_folder(self._folder)) if isinstance(other, StructureRig) else NotImplemented
 
-    def in_folder(self, folder: Path | None) -> StructureRig:
+    def in_folder(self, folder: Path | None) -> Self:
         """The same rig, with its files looked for in a folder."""
         rig = self.model_copy()
         rig._folder = folder
@@ -344,7 +344,8 @@ class StructureRig(Rig):
         return self.model_copy(update={"sensor": sensors, "drive": [PlacedDrive(name=self.shaker.name, **there)]})
 
 
-def _unique(what: str, names: Sequence[str]) -> None:
+def unique(what: str, names: Sequence[str]) -> None:
+    """Raise ValueError where a name comes twice."""
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise ValueError(f"{what} must be unique, got {', '.join(twice)} more than once")

@@ -179,6 +179,25 @@ class Structure:
         shares = place.between or ((place.at, 1.0),)
         return sum((share * self._over(*mesh.translation(at, direction)) for at, share in shares), np.zeros(self.size))
 
+    def motion(self, place: Place, dof: str) -> Matrix:
+        """Row of one motion at a place: along an axis, or a rotation about one.
+
+        Raises
+        ------
+        ValueError
+            If the place does not move so, or has no rotation that is known: of beams, plane ones have.
+        """
+        if dof in AXES:
+            return self._translation(place, AXES[dof])
+        mesh = self.meshes[place.part]
+        if isinstance(mesh, MatrixCoordinates):
+            found = mesh.dof(place.at, dof)
+        else:
+            found = mesh.slope(place.at) if dof == "rz" and not mesh.part.in_space else None
+        if found is None:
+            raise ValueError(f"{place.part!r} at {place.at:g} has no rotation {dof}")
+        return self._over(*found)
+
     def node_field(self, part: str) -> NodeField:
         """The nodes of a part given by matrices, to search a place among them."""
         mesh = self.meshes[part]

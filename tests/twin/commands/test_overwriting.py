@@ -29,8 +29,8 @@ WRITING = {
 }
 """Commands with an option or argument that names a file to be written, and what they need besides."""
 READ = {"run", "runs", "source", "instruments", "what", "loops", "drive", "held_out", "causes_files", "laws_files",
-        "files", "mapping", "results"}  # fmt: skip
-FOLDERS = {"campaign", "demo", "diagnose", "rehearse"}
+        "files", "mapping", "results", "measured"}  # fmt: skip
+FOLDERS = {"campaign", "couple", "demo", "diagnose", "rehearse"}
 """Commands whose ``--out`` is a folder."""
 SUFFIX = {"out": ".mcap", "target": ".uff", "save": ".rrd", "save_view": ".rrd", "picture": ".png"}
 
