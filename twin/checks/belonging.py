@@ -11,6 +11,7 @@ from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Finding
 from twin.checks.responses import LEAST_SAMPLES, NoiseResponse, SineResponse
 from twin.checks.thresholds import ALIASED, NOT_A_SINE, UNRELATED
+from twin.diagnose.signals.levels import Level
 
 HARMONICS = 5
 """That a sine's response may have much of."""
@@ -63,7 +64,7 @@ def _is_quiet(seen: RunBesideModel, number: int) -> bool:
     channel = seen.channels[number]
     limit, samples = seen.run.channels[channel].range, seen.run.device_of(channel).values[channel]
     size = [np.abs(seen.expected.H(one.frequency_Hz)[:, number] * one.force) for one in seen.sines]
-    power = float(np.nanvar(samples))
+    power = Level.of(samples).std ** 2
     if limit is None or not size or power > (QUIET * limit) ** 2:
         return False
     return float(np.median(np.concatenate(size)) ** 2) / 2 < NOT_A_SINE * power
