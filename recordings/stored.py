@@ -196,6 +196,10 @@ class StoredSamples(NDArrayOperatorsMixin):
         whole = [np.asarray(each) if isinstance(each, StoredSamples) else each for each in inputs]
         return getattr(ufunc, method)(*whole, **options)
 
+    def astype(self, dtype: Any) -> NDArray[Any]:
+        """All of them as an array of another type."""
+        return self._cut(0, len(self)).astype(dtype)
+
     def __neg__(self) -> StoredSamples:
         changed = self._changed and (self._changed[0], -self._changed[1])
         return StoredSamples(self._channel, self._blocks, sign=-self._sign, changed=changed)
