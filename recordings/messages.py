@@ -19,7 +19,7 @@ from recordings.run import Event, Indicator, SampleBlock, Step, StepState
 from recordings.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, message_class
 
 __all__ = [
-    "decode_block", "decode_event", "decode_indicator", "decode_series", "decode_step",
+    "Layout", "decode_block", "decode_event", "decode_indicator", "decode_series", "decode_step",
     "encode_block", "encode_event", "encode_indicator", "encode_step",
 ]  # fmt: skip
 
@@ -31,6 +31,8 @@ FIELD_LIMIT = 4096
 
 _LENGTH_DELIMITED, _VARINT = 2, 0
 _SERIES = 4
+_LAYOUTS = 64
+"""Remembered, of blocks whose lengths differ by a few digits of time and overload."""
 _PACKED = np.dtype("<f4")
 
 
@@ -117,26 +119,40 @@ def decode_block(device: str, data: bytes) -> SampleBlock:
     )  # fmt: skip
 
 
-def decode_series(data: bytes) -> Mapping[str, NDArray[np.float32]]:
+Layout = list[tuple[str, bytes, int, int]]
+"""Of each series: its channel, the bytes before its samples, where these begin, and how many there are."""
+
+
+def decode_series(data: bytes, layouts: dict[int, Layout]) -> Mapping[str, NDArray[np.float32]]:
     """The samples of a block that `decode_block` has found sound: views of its bytes, where they are packed as usual.
+
+    Parameters
+    ----------
+    layouts
+        Of messages before, by their length.  One that also has the bytes before each series' samples at the same places
+        is laid out alike, and need not be walked through again.
 
     Raises
     ------
     ValueError
         If it is not sound any more.
     """
-    found: dict[str, NDArray[np.float32]] = {}
-    for number, start, stop in _parts(data, 0, len(data)):
-        if number != _SERIES:
-            continue
-        parts = list(_parts(data, start, stop))
-        named = {part: slice(first, last) for part, first, last in parts}
-        if not {1, 2} <= named.keys() or len(named) < len(parts):
-            return decode_block("", data).samples
-        packed = named[2]
-        count = (packed.stop - packed.start) // _PACKED.itemsize
-        found[data[named[1]].decode()] = np.frombuffer(data, _PACKED, count, packed.start)
-    return found
+    layout = layouts.get(len(data), [])
+    if not layout or any(data[start - len(before) : start] != before for _, before, start, _ in layout):
+        layout = []
+        for number, start, stop in _parts(data, 0, len(data)):
+            parts = list(_parts(data, start, stop)) if number == _SERIES else []
+            named = {part: slice(first, last) for part, first, last in parts}
+            if number == _SERIES and (not {1, 2} <= named.keys() or len(named) < len(parts)):
+                return decode_block("", data).samples
+            if parts:
+                packed = named[2]
+                count = (packed.stop - packed.start) // _PACKED.itemsize
+                layout.append((data[named[1]].decode(), data[start : packed.start], packed.start, count))
+        if len(layouts) >= _LAYOUTS:
+            layouts.clear()
+        layouts[len(data)] = layout
+    return {name: np.frombuffer(data, _PACKED, count, start) for name, _, start, count in layout}
 
 
 def decode_step(data: bytes) -> Step:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from recordings.chunks import chunk_data, message_at
 from recordings.errors import InputError
 from recordings.limits import Limits
-from recordings.messages import decode_series
+from recordings.messages import Layout, decode_series
 from recordings.records import CHUNK_HEAD_BYTES, HEAD, chunk_head
 from recordings.run import Samples
 
@@ -56,6 +56,7 @@ class BlockStore:
         self._kept: OrderedDict[tuple[int, int], Series] = OrderedDict()
         self._kept_bytes = 0
         self._data: tuple[int, bytes] = (-1, b"")
+        self._layouts: dict[int, Layout] = {}
         self._lock = threading.Lock()
 
     @classmethod
@@ -87,7 +88,7 @@ class BlockStore:
                 self._kept.move_to_end((chunk, position))
                 return found
             try:
-                found = decode_series(self._message(chunk, position))
+                found = decode_series(self._message(chunk, position), self._layouts)
             except (OSError, ValueError) as error:
                 place, remedy = f"chunk at byte {chunk}", "read it again when nobody writes to it"
                 raise InputError(self._path, place, f"changed after it was read: {error}", remedy) from error
@@ -199,6 +200,10 @@ class StoredSamples(NDArrayOperatorsMixin):
     def astype(self, dtype: Any) -> NDArray[Any]:
         """All of them as an array of another type."""
         return self._cut(0, len(self)).astype(dtype)
+
+    def copy(self) -> NDArray[np.float32]:
+        """All of them as an array of its own."""
+        return self._cut(0, len(self))
 
     def __neg__(self) -> StoredSamples:
         changed = self._changed and (self._changed[0], -self._changed[1])

@@ -34,9 +34,11 @@ def look_at_belonging(seen: RunBesideModel) -> list[Finding]:
             found = f"median coherence {max(0.0, *coherence):.2g} beyond chance"
             still = _is_still(seen.noise, expected, number)
             findings.append(_finding(run, channel, f"a response to {force}: coherence near 1", found, still=still))
-    for number, channel in enumerate((force, *channels), start=-1):
-        shares = [share for one in measured if np.isfinite(share := _share(run, channel, one))]
-        if shares and np.median(shares) < NOT_A_SINE and not (channel != force and _is_quiet(seen, number)):
+    named = (force, *channels)
+    parts = np.array([[_share(run, channel, one) for channel in named] for one in measured]).reshape(-1, len(named))
+    for number, channel in enumerate(named, start=-1):
+        shares = parts[np.isfinite(parts[:, number + 1]), number + 1]
+        if len(shares) and np.median(shares) < NOT_A_SINE and not (channel != force and _is_quiet(seen, number)):
             found = f"{np.median(shares):.0%} of its power there"
             still = channel != force and _is_still(seen.sines, expected, number)
             findings.append(_finding(run, channel, "sines at the steps' frequencies", found, still=still))

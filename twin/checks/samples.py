@@ -51,19 +51,19 @@ def _without_wild(run: Run, channel: str) -> tuple[Run, list[Finding]]:
     if not largest > most:
         return run, []
     wild, beside, count = _beyond(samples, most)
+    unit = run.channels[channel].unit
+    if count > FEW * len(samples):
+        found = f"{count} samples up to {largest:.3g} {unit}, so that no use is made of it"
+        run = replace(run, channels={**run.channels, channel: replace(run.channels[channel], range=None)})
+        return run, [Finding(run.path, channel, "range", f"at most its range of {limit:g} {unit}", found, "told")]
     size = np.abs(wild.values)
-    if WILD * usual == most and count <= FEW * len(samples):
+    if WILD * usual == most:
         alone = size > ALONE * np.interp(wild.positions, beside.positions, np.abs(beside.values))
         wild, size = _At(wild.positions[alone], wild.values[alone]), size[alone]
         count = len(size)
     if not count:
         return run, []
-    unit = run.channels[channel].unit
     told = f"{float(np.max(size)):.3g} {unit}"
-    if count > FEW * len(samples):
-        found = f"{count} samples up to {largest:.3g} {unit}, so that no use is made of it"
-        run = replace(run, channels={**run.channels, channel: replace(run.channels[channel], range=None)})
-        return run, [Finding(run.path, channel, "range", f"at most its range of {limit:g} {unit}", found, "told")]
     line = np.interp(wild.positions, beside.positions, beside.values).astype(np.float32)
     drawn = with_samples(samples, wild.positions, line)
     when = "sample" if count == 1 else "samples"
@@ -140,10 +140,11 @@ def _dead(run: Run, channel: str, *, action: Action) -> Finding | None:
         for one in sweep.stretches
     ]
     measured = [part for part in parts or [(0, len(samples))] if part[0] < part[1]]
-    seen = _Seen()
-    for start, stop in measured:
-        for piece in pieces(samples, start, stop):
+    seen, jumps = _Seen(), 0
+    for part in measured:
+        for piece in pieces(samples, *part):
             seen.take(piece)
+        jumps += _overflows(samples, *part) if parts else 0
     if not seen.count:
         return None
     if not seen.sound:
@@ -159,7 +160,6 @@ def _dead(run: Run, channel: str, *, action: Action) -> Finding | None:
             return Finding(
                 run.path, channel, "empty", "a signal throughout", f"{share:.0%} of samples are {what}", action
             )
-    jumps = sum(_overflows(samples, *part) for part in measured) if parts else 0
     if jumps >= FEWEST_JUMPS:
         found = f"{jumps} jumps from one end of its samples to the other: whole numbers that overflow?"
         return Finding(run.path, channel, "overflow", "samples that follow each other", found, action)

@@ -80,7 +80,9 @@ class _Known:
         return self[:]
 
     def __neg__(self) -> _Known:
-        return _Known(-self._samples)
+        turned = _Known(-self._samples)
+        turned.ends = -self.ends[1], -self.ends[0]
+        return turned
 
     @cached_property
     def ends(self) -> tuple[float, float]:
