@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-LENGTHS_s = (10, 40)
-"""Of the noise; what both need beside the samples falls out of the slope."""
+LENGTHS_s = (60, 180)
+"""Of the noise; what both need beside the samples falls out of the slope, and the latest samples, which are kept."""
 HOUR_s = 3600
 PROMISED_MB = 300.0
 PROCEDURE = """procedure = "random"

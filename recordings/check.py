@@ -15,6 +15,7 @@ from recordings.limits import Limits
 from recordings.reader import open_input
 from recordings.records import MAGIC
 from recordings.run import SampleBlock
+from recordings.stored import BlockStore
 
 __all__ = ["ChannelReport", "CheckReport", "check_run"]
 
@@ -79,8 +80,8 @@ def check_run(path: str | Path, *, limits: Limits | None = None) -> CheckReport:
 
     messages: Counter[str] = Counter()
     not_finite: Counter[str] = Counter()
-    collector = Collector(limits, report)
     with open_input(path) as stream:
+        collector = Collector(limits, report, BlockStore(path, stream, limits))
         interpreter = Interpreter(stream, limits, report)
         try:
             for item in interpreter:

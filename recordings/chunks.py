@@ -15,7 +15,7 @@ from mcap.exceptions import McapError
 
 from recordings.limits import Limits
 
-__all__ = ["chunk_data", "chunk_records"]
+__all__ = ["chunk_data", "chunk_records", "message_at"]
 
 _HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
@@ -76,8 +76,8 @@ def _decompress(chunk: mcap.Chunk, most: int) -> bytes:
     raise ValueError(f"compression {chunk.compression!r:.40}, which is none of lz4, zstd and none")
 
 
-def chunk_records(data: bytes) -> Iterator[mcap.Schema | mcap.Channel | mcap.Message]:
-    """The records of a decompressed chunk, one by one.
+def chunk_records(data: bytes) -> Iterator[tuple[int, mcap.Schema | mcap.Channel | mcap.Message]]:
+    """The records of a decompressed chunk, one by one, each with the position at which it begins.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def chunk_records(data: bytes) -> Iterator[mcap.Schema | mcap.Channel | mcap.Mes
         if position + _HEAD.size > len(data):
             raise ValueError("the chunk ends within a record")
         opcode, length = _HEAD.unpack_from(data, position)
-        position += _HEAD.size
+        start, position = position, position + _HEAD.size
         if length > len(data) - position:
             raise ValueError("the chunk ends within a record")
         body = view[position : position + length]
@@ -98,13 +98,29 @@ def chunk_records(data: bytes) -> Iterator[mcap.Schema | mcap.Channel | mcap.Mes
             if length < _MESSAGE_HEAD.size:
                 raise ValueError("a message shorter than its own head")
             channel, sequence, log_time, publish_time = _MESSAGE_HEAD.unpack_from(body)
-            yield mcap.Message(
+            message = mcap.Message(
                 channel_id=channel, sequence=sequence, log_time=log_time, publish_time=publish_time,
                 data=bytes(body[_MESSAGE_HEAD.size :]),
             )  # fmt: skip
+            yield start, message
         elif opcode in (_SCHEMA, _CHANNEL):
             kind = mcap.Schema if opcode == _SCHEMA else mcap.Channel
             try:
-                yield kind.read(ReadDataStream(BytesIO(body)))
+                yield start, kind.read(ReadDataStream(BytesIO(body)))
             except (McapError, struct.error, UnicodeDecodeError, OverflowError) as error:
                 raise ValueError(f"a {kind.__name__} record that is not complete") from error
+
+
+def message_at(data: bytes, position: int) -> bytes:
+    """The content of a message that `chunk_records` found at a position.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    opcode, length = _HEAD.unpack_from(data, position) if position + _HEAD.size <= len(data) else (0, 0)
+    start = position + _HEAD.size
+    if opcode != _MESSAGE or not _MESSAGE_HEAD.size <= length <= len(data) - start:
+        raise ValueError("there is no message")
+    return data[start + _MESSAGE_HEAD.size : start + length]

@@ -9,6 +9,7 @@ from recordings.interpret import Item, MessageItem, MetadataItem, Problem
 from recordings.limits import Limits
 from recordings.metadata import RUN
 from recordings.run import Channel, Event, Indicator, SampleBlock, Step
+from recordings.stored import Loader
 
 __all__ = ["Collector"]
 
@@ -22,10 +23,12 @@ class Collector:
         What may be kept.
     report
         Called with each problem.
+    load
+        Gives sample blocks again, which are not kept.
     """
 
-    def __init__(self, limits: Limits, report: Callable[[Problem], None]) -> None:
-        self._limits, self._report = limits, report
+    def __init__(self, limits: Limits, report: Callable[[Problem], None], load: Loader) -> None:
+        self._limits, self._report, self._load = limits, report, load
         self._metadata: dict[str, dict[str, str]] = {}
         self._device_of: dict[str, str] = {}
         self._full = False
@@ -48,7 +51,7 @@ class Collector:
             return True
         content = item.content
         if isinstance(content, SampleBlock):
-            return self._block(content, item.place)
+            return self._block(content, item)
         if isinstance(content, Step):
             self.steps.append(content)
         elif isinstance(content, Event):
@@ -89,7 +92,8 @@ class Collector:
             self.info = item.content
         return True
 
-    def _block(self, block: SampleBlock, place: str) -> bool:
+    def _block(self, block: SampleBlock, item: MessageItem) -> bool:
+        place = item.place
         for name in block.samples:
             if self._device_of.setdefault(name, block.device) != block.device:
                 other = self._device_of[name]
@@ -98,9 +102,9 @@ class Collector:
             return self._over(place, f"more than {self._limits.records} channels, the limit of this program")
         if self._values > self._limits.values:
             return self._over(place, f"more than {self._limits.values} samples, the limit of this program")
-        assembler = self.assemblers.setdefault(block.device, Assembler(block.device, self._limits))
+        assembler = self.assemblers.setdefault(block.device, Assembler(block.device, self._limits, self._load))
         try:
-            self._values += assembler.add(block)
+            self._values += assembler.add(block, at=item.at)
         except ValueError as error:
             return self._breach(place, str(error))
         return True

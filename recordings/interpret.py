@@ -60,10 +60,11 @@ class MessageItem:
     """A message; `content` is None where its topic is unknown to the contract or it breaks the contract.
 
     `channel` and `schema` are None where the file no longer says what they were; `known` tells whether the contract
-    defines the topic.
+    defines the topic.  `at` is the offset of its chunk and its position in there, or its own offset and -1.
     """
 
     place: str
+    at: tuple[int, int]
     topic: str
     known: bool
     raw: mcap.Message
@@ -172,7 +173,7 @@ class Interpreter:
             yield AttachmentItem(name=record.name, media_type=record.media_type, data=record.data)
         elif isinstance(record, mcap.Message):
             self._breach(place, "a message outside any chunk", once="outside")
-            yield self._message(record, found.offset)
+            yield self._message(record, found.offset, -1)
         elif isinstance(record, mcap.Statistics):
             self._statistics = record
         elif isinstance(record, mcap.ChunkIndex):
@@ -198,9 +199,9 @@ class Interpreter:
             self.bytes_lost += 0 if cut else len(chunk.data)
             return
         try:
-            for record in chunk_records(data):
+            for position, record in chunk_records(data):
                 if isinstance(record, mcap.Message):
-                    yield self._message(record, offset)
+                    yield self._message(record, offset, position)
                 else:
                     self._describe(record)
         except ValueError as error:
@@ -218,7 +219,7 @@ class Interpreter:
             self._breach(f"metadata {record.name!r:.80}", str(error))
         return MetadataItem(name=record.name, record=record.metadata, content=content)
 
-    def _message(self, raw: mcap.Message, offset: int) -> MessageItem:
+    def _message(self, raw: mcap.Message, offset: int, position: int) -> MessageItem:
         self._spend("messages", 1, self._limits.messages)
         self._message_counts[raw.channel_id] += 1
         channel = self._channel(raw.channel_id)
@@ -226,7 +227,8 @@ class Interpreter:
             place = f"message {self._spent['messages']} (chunk at byte {offset})"
             self._breach(place, f"its topic, number {raw.channel_id}, is not described", once=f"id {raw.channel_id}")
             return MessageItem(
-                place=place, topic="", known=True, raw=raw, channel=None, schema=None, content=None
+                place=place, at=(offset, position), topic="", known=True, raw=raw, channel=None, schema=None,
+                content=None,
             )  # fmt: skip
         number = self._message_counts[raw.channel_id]
         place = f"message {number} of {channel.topic!r:.80} (chunk at byte {offset})"
@@ -234,7 +236,8 @@ class Interpreter:
         wanted, known = _wanted_schema(channel.topic)
         content = self._content(raw, channel, schema, wanted, place) if known else None
         return MessageItem(
-            place=place, topic=channel.topic, known=known, raw=raw, channel=channel, schema=schema, content=content
+            place=place, at=(offset, position), topic=channel.topic, known=known, raw=raw, channel=channel,
+            schema=schema, content=content,
         )  # fmt: skip
 
     def _content(

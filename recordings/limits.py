@@ -14,7 +14,9 @@ class Limits:
     Parameters
     ----------
     values
-        Samples kept in memory, all channels together, four bytes each (NaN in the place of lost ones included).
+        Samples of a file, all channels together (NaN in the place of lost ones included).
+    held_bytes
+        Decoded samples that are kept in memory: half a minute of the four channels, more than a window has.
     messages
         Messages of all topics.
     fields
@@ -32,6 +34,7 @@ class Limits:
     """
 
     values: int = 1 << 29
+    held_bytes: int = 16 << 20
     messages: int = 2_000_000
     fields: int = 20_000_000
     record_bytes: int = 128 << 20

@@ -6,17 +6,20 @@ Samples are packed by numpy, which writes the same bytes as protobuf several tim
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
+from itertools import islice
 from typing import Any
 
 import numpy as np
 from google.protobuf.message import DecodeError
+from numpy.typing import NDArray
 
 from recordings.run import Event, Indicator, SampleBlock, Step, StepState
 from recordings.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, message_class
 
 __all__ = [
-    "decode_block", "decode_event", "decode_indicator", "decode_step",
+    "Layout", "decode_block", "decode_event", "decode_indicator", "decode_series", "decode_step",
     "encode_block", "encode_event", "encode_indicator", "encode_step",
 ]  # fmt: skip
 
@@ -27,6 +30,9 @@ FIELD_LIMIT = 4096
 """Fields of one sample block: each costs memory of its own when decoded, however few bytes it has."""
 
 _LENGTH_DELIMITED, _VARINT = 2, 0
+_SERIES = 4
+_LAYOUTS = 64
+"""Remembered, of blocks whose lengths differ by a few digits of time and overload."""
 _PACKED = np.dtype("<f4")
 
 
@@ -93,7 +99,7 @@ def decode_block(device: str, data: bytes) -> SampleBlock:
     message = _parse(SAMPLE_BLOCK, data)
     if not math.isfinite(message.sample_rate) or message.sample_rate <= 0:
         raise ValueError(f"sample_rate is {message.sample_rate!r} Hz")
-    samples: dict[str, np.ndarray[Any, np.dtype[np.float32]]] = {}
+    samples: dict[str, NDArray[np.float32]] = {}
     overload: dict[str, int] = {}
     for series in message.series:
         if series.channel in samples:
@@ -111,6 +117,42 @@ def decode_block(device: str, data: bytes) -> SampleBlock:
         device=device, time_ns=_time(message), first_index=message.first_index,
         sample_rate_Hz=message.sample_rate, samples=samples, overload=overload,
     )  # fmt: skip
+
+
+Layout = list[tuple[str, bytes, int, int]]
+"""Of each series: its channel, the bytes before its samples, where these begin, and how many there are."""
+
+
+def decode_series(data: bytes, layouts: dict[int, Layout]) -> Mapping[str, NDArray[np.float32]]:
+    """The samples of a block that `decode_block` has found sound: views of its bytes, where they are packed as usual.
+
+    Parameters
+    ----------
+    layouts
+        Of messages before, by their length.  One that also has the bytes before each series' samples at the same places
+        is laid out alike, and need not be walked through again.
+
+    Raises
+    ------
+    ValueError
+        If it is not sound any more.
+    """
+    layout = layouts.get(len(data), [])
+    if not layout or any(data[start - len(before) : start] != before for _, before, start, _ in layout):
+        layout = []
+        for number, start, stop in _parts(data, 0, len(data)):
+            parts = list(_parts(data, start, stop)) if number == _SERIES else []
+            named = {part: slice(first, last) for part, first, last in parts}
+            if number == _SERIES and (not {1, 2} <= named.keys() or len(named) < len(parts)):
+                return decode_block("", data).samples
+            if parts:
+                packed = named[2]
+                count = (packed.stop - packed.start) // _PACKED.itemsize
+                layout.append((data[named[1]].decode(), data[start : packed.start], packed.start, count))
+        if len(layouts) >= _LAYOUTS:
+            layouts.clear()
+        layouts[len(data)] = layout
+    return {name: np.frombuffer(data, _PACKED, count, start) for name, _, start, count in layout}
 
 
 def decode_step(data: bytes) -> Step:
@@ -190,26 +232,33 @@ def _varint(value: int) -> bytes:
 
 def _more_fields_than(data: bytes, limit: int) -> bool:
     """Whether the message has more top-level fields than `limit`; whatever cannot be walked is left to protobuf."""
-    position = count = 0
-    while position < len(data):
-        count += 1
-        if count > limit:
-            return True
+    return next(islice(_parts(data, 0, len(data)), limit, None), None) is not None
+
+
+def _parts(data: bytes, position: int, stop: int) -> Iterator[tuple[int, int, int]]:
+    """Fields of a message between two positions: number, and where the content begins and ends.
+
+    Nothing follows one of a kind that does not exist.
+    """
+    while position < stop:
         tag, position = _read_varint(data, position)
-        kind = tag & 7
+        kind, start = tag & 7, position
         if kind == _VARINT:
             _, position = _read_varint(data, position)
         elif kind == _LENGTH_DELIMITED:
-            length, position = _read_varint(data, position)
-            position += length
+            length, start = _read_varint(data, position)
+            position = start + length
         elif kind in (1, 5):
             position += 8 if kind == 1 else 4
         elif kind not in (3, 4):  # group ends have no body of their own
-            return False
-    return False
+            yield tag >> 3, start, stop
+            return
+        yield tag >> 3, start, position
 
 
 def _read_varint(data: bytes, position: int) -> tuple[int, int]:
+    if position < len(data) and (value := data[position]) < 0x80:  # most are of one byte
+        return value, position + 1
     value = shift = 0
     while position < len(data) and shift < 70:
         byte = data[position]

@@ -7,9 +7,10 @@ from typing import BinaryIO
 
 from recordings.collect import Collector
 from recordings.errors import InputError
-from recordings.interpret import Interpreter, Problem
+from recordings.interpret import Interpreter, MessageItem, Problem
 from recordings.limits import Limits
-from recordings.run import Run
+from recordings.run import Run, SampleBlock
+from recordings.stored import BlockStore
 
 __all__ = ["open_input", "read_run"]
 
@@ -39,13 +40,16 @@ def read_run(path: str | Path, *, limits: Limits | None = None) -> Run:
         if problem.kind != "warning":
             raise InputError(path, problem.place, problem.reason, remedy)
 
-    with open_input(path) as stream:
-        collector = Collector(limits, refuse)
-        try:
-            for item in Interpreter(stream, limits, refuse):
-                collector.take(item)
-        except OSError as error:
-            raise InputError(path, "", f"cannot read: {(error.strerror or str(error)).lower()}") from error
+    stream = open_input(path)
+    store = BlockStore.owning(path, stream, limits)
+    collector = Collector(limits, refuse, store)
+    try:
+        for item in Interpreter(stream, limits, refuse):
+            collector.take(item)
+            if isinstance(item, MessageItem) and isinstance(item.content, SampleBlock):
+                store.keep(*item.at, item.content.samples)
+    except OSError as error:
+        raise InputError(path, "", f"cannot read: {(error.strerror or str(error)).lower()}") from error
     collector.finish()
     found = {name: assembler.finish() for name, assembler in collector.assemblers.items()}
     devices = {name: samples for name, samples in found.items() if samples is not None}

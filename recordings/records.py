@@ -14,12 +14,15 @@ from mcap.exceptions import McapError
 from recordings.limits import Limits
 
 __all__ = [
-    "CHUNK", "FOOTER", "HEAD", "MAGIC", "Located", "chunk_head", "plausible_head", "record_at", "summary_descriptions",
+    "CHUNK", "CHUNK_HEAD_BYTES", "FOOTER", "HEAD", "MAGIC", "Located", "chunk_head", "plausible_head", "record_at",
+    "summary_descriptions",
 ]  # fmt: skip
 
 MAGIC = b"\x89MCAP0\r\n"
 HEAD = struct.Struct("<BQ")
 _CHUNK_HEAD = struct.Struct("<QQQII")
+CHUNK_HEAD_BYTES = HEAD.size + _CHUNK_HEAD.size + 4 + 8
+"""Of a chunk, in which all stands that comes before its data."""
 FOOTER, CHUNK, _ATTACHMENT = 0x02, 0x06, 0x09
 _KINDS: dict[int, type[mcap.McapRecord]] = {
     0x01: mcap.Header, 0x02: mcap.Footer, 0x03: mcap.Schema, 0x04: mcap.Channel, 0x06: mcap.Chunk,
@@ -104,7 +107,7 @@ def _parse(opcode: int, body: bytes) -> mcap.McapRecord:
 def chunk_head(stream: BinaryIO, offset: int, limits: Limits) -> tuple[mcap.Chunk, int, int] | None:
     """What the fields inside a chunk say, whatever its opcode and length are: chunk without data, start, length."""
     stream.seek(offset + HEAD.size)
-    head = stream.read(_CHUNK_HEAD.size + 4 + 8)
+    head = stream.read(CHUNK_HEAD_BYTES - HEAD.size)
     if len(head) < _CHUNK_HEAD.size + 8:
         return None
     start, end, full, crc, count = _CHUNK_HEAD.unpack_from(head)

@@ -22,6 +22,7 @@ from recordings.metadata import RUN
 from recordings.reader import open_input
 from recordings.run import Event, SampleBlock, Step
 from recordings.schema import EVENT, SAMPLE_BLOCK, STEP, message_class, schema_data
+from recordings.stored import BlockStore
 from recordings.whole import refuse_existing, whole_file
 
 __all__ = ["RecoverReport", "recover"]
@@ -103,7 +104,8 @@ class _Salvage:
     def run(self) -> None:
         """Copy all of it."""
         self._writer.start(library="virtual-test-rig")
-        checker = Collector(self._limits, lambda problem: None)
+        load = BlockStore(Path(self._report.path), self._source, self._limits)
+        checker = Collector(self._limits, lambda problem: None, load)
         for item in Interpreter(self._source, self._limits, lambda problem: None):
             fits = checker.take(item)
             if isinstance(item, MetadataItem):

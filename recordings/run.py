@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Channel", "DeviceSamples", "Event", "Gap", "Indicator", "Run", "SampleBlock", "Step", "StepState"]
+__all__ = [
+    "Channel",
+    "DeviceSamples",
+    "Event",
+    "Gap",
+    "Indicator",
+    "Run",
+    "SampleBlock",
+    "Samples",
+    "Step",
+    "StepState",
+    "pieces",
+]
 
 STAMP_ROUNDING_ns = 1.5
+PIECE = 1 << 18
+"""Samples of a slice: enough that numpy's part of the work is the larger one."""
 CLOCK_ERROR = 2e-4
 """Farther off than this no sampling clock is; such time stamps jitter, or samples are missing."""
 
@@ -101,6 +116,35 @@ class Gap:
     count: int
 
 
+class Samples(Protocol):
+    """One channel's samples (n,): an array, or what reads a slice of them from the file when it is taken.
+
+    ``numpy.asarray`` gives all of them, however many; a loop over slices does with little memory.
+    """
+
+    def __len__(self) -> int:
+        """How many there are."""
+        ...
+
+    def __getitem__(self, key: slice, /) -> NDArray[Any]:
+        """Those of a slice."""
+        ...
+
+    def __array__(self) -> NDArray[Any]:
+        """All of them."""
+        ...
+
+    def __neg__(self) -> Samples:
+        """All of them with the other sign."""
+        ...
+
+
+def pieces(samples: Samples, start: int = 0, stop: int | None = None) -> Iterator[NDArray[Any]]:
+    """Samples at positions `start` to before `stop`, in slices that take little memory."""
+    stop = len(samples) if stop is None else stop
+    return (samples[at : min(at + PIECE, stop)] for at in range(start, stop, PIECE))
+
+
 @dataclass(frozen=True, kw_only=True)
 class DeviceSamples:
     """All samples of one device in order of time, in SI units; lost samples are NaN.
@@ -113,7 +157,7 @@ class DeviceSamples:
 
     device: str
     sample_rate_Hz: float
-    values: Mapping[str, NDArray[np.float32]]
+    values: Mapping[str, Samples]
     block_start: NDArray[np.int64]
     block_time_ns: NDArray[np.int64]
     overload: Mapping[str, int]
@@ -169,7 +213,7 @@ class DeviceSamples:
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """A recorded run in memory.
+    """A recorded run; one that was read from MCAP leaves its samples in the file until they are asked for.
 
     `info` is the ``run`` metadata record (format, source, stored, rig, procedure, started, preload_N, ...);
     `attachments` holds ``rig.toml`` and ``procedure.toml`` where the run has them.
@@ -198,7 +242,7 @@ class Run:
         raise KeyError(f"the run has no samples of channel {channel!r}")
 
     def between(self, channel: str, start_ns: int, stop_ns: int) -> NDArray[np.float32]:
-        """Samples of one channel taken from `start_ns` to before `stop_ns`, lost ones as NaN; a view, not a copy.
+        """Samples of one channel taken from `start_ns` to before `stop_ns`, lost ones as NaN.
 
         Channels of different devices have clocks of their own: the first samples of two channels may lie up to one
         sampling interval apart, see `DeviceSamples.times_ns`.

@@ -30,7 +30,7 @@ from drivers.can_protocol import (
 )
 from recordings.convert.blocks import TIME_STEP_NS, blocks_of
 from recordings.errors import InputError
-from recordings.run import Channel, DeviceSamples, Run, SampleBlock
+from recordings.run import Channel, DeviceSamples, Run, SampleBlock, pieces
 
 __all__ = ["write_blf"]
 
@@ -71,8 +71,10 @@ def _with_range(path: Path, channel: Channel, device: DeviceSamples, notes: list
     if len(channel.name.encode()) > NAME_BYTES or not channel.name.isascii() or "\0" in channel.name:
         raise InputError(path, f"channel {channel.name!r:.80}", f"a name of at most {NAME_BYTES} ASCII characters fits")
     values = device.values[channel.name]
-    finite = values[np.isfinite(values)]
-    peak = float(np.abs(finite).max()) if len(finite) else 0.0
+    finite, peak = 0, 0.0
+    for piece in pieces(values):
+        known = np.abs(piece[np.isfinite(piece)])
+        finite, peak = finite + len(known), float(np.max(known, initial=peak))
     limit = channel.range or 0.0
     if peak > limit * (1 + 1e-6):
         why = "has no range" if not channel.range else f"goes beyond its range of {limit:g} {channel.unit}"
@@ -83,7 +85,7 @@ def _with_range(path: Path, channel: Channel, device: DeviceSamples, notes: list
         f"samples of {channel.name} are rounded to {float(single) / FULL_SCALE:.3g} {channel.unit}, "
         f"16 bits of {float(single):g}"
     )
-    left_out = len(values) - len(finite) - sum(gap.count for gap in device.gaps)
+    left_out = len(values) - finite - sum(gap.count for gap in device.gaps)
     if left_out > 0:
         notes.append(f"{left_out} samples of {channel.name} are no numbers, and are left out")
     return replace(channel, range=float(single))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from drivers.instruments import CALLED
 from recordings.errors import InputError
 from recordings.quantities import known_quantities
-from recordings.run import Channel, DeviceSamples, Indicator, Run, SampleBlock
+from recordings.run import Channel, DeviceSamples, Indicator, Run, SampleBlock, Samples
 from recordings.streams import Excitation
 
 __all__ = ["RecordedMeter", "RecordedSource"]
@@ -64,7 +64,7 @@ class RecordedSource:
         shifts = [round((d.block_time_ns[0] - first.block_time_ns[0]) * 1e-9 * self._rate_Hz) for d in devices]
         start = min(shifts)
         self._lead = -start
-        self._placed: dict[str, tuple[int, NDArray[np.float32]]] = {}
+        self._placed: dict[str, tuple[int, Samples]] = {}
         for shift, device in zip(shifts, devices, strict=True):
             self._placed |= {name: (shift - start, samples) for name, samples in device.values.items()}
         self._channels = tuple(run.channels[name] for name in run.channels if name in self._placed)

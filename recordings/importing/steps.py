@@ -38,7 +38,7 @@ def found_steps(run: Run, excitation: str, target: str) -> tuple[tuple[Step, ...
         names = [name for name in device.values if follows_excitation(run.channels[name].quantity)]
         names.sort(key=lambda name: (name != target, not known[run.channels[name].quantity].drives))
         drives = sum(known[run.channels[name].quantity].drives for name in names)
-        signals = [_filled(device.values[name]) for name in names]
+        signals = [_filled(np.asarray(device.values[name])) for name in names]
         found = find_dwells(signals, device.sample_rate_Hz, followed=drives or len(names))
         if found is not None:
             dwells, place = found
@@ -49,7 +49,7 @@ def found_steps(run: Run, excitation: str, target: str) -> tuple[tuple[Step, ...
             return steps, notes
         if excitation == "stepped-sine":
             raise ValueError("no steps of a stepped sine are found in it")
-    values = _filled(device.values[target])
+    values = _filled(np.asarray(device.values[target]))
     level = float(np.sqrt(np.mean((values - values.mean()) ** 2)))
     begun = Step(
         time_ns=int(device.block_time_ns[0]), sweep="broadband", index=0, frequency_Hz=0.0, target_channel=target,

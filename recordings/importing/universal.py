@@ -21,7 +21,7 @@ def read_universal(path: Path) -> list[Signal]:
         raise InputError(path, "", f"holds no time history that can be a channel: {reason}")
     return [
         Signal(
-            name=name, unit=run.channels[name].unit, values=values.astype(np.float64), table=device.device,
+            name=name, unit=run.channels[name].unit, values=np.asarray(values).astype(np.float64), table=device.device,
             sample_rate_Hz=_rounded(device.sample_rate_Hz), start_ns=int(device.block_time_ns[0]),
             position_m=run.channels[name].position_m, direction=run.channels[name].direction,
         )

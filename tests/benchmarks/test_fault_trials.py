@@ -42,7 +42,7 @@ def test_what_was_sent_is_not_wrong(run, tone):
 
 def test_a_bit_a_shift_and_a_late_stamp_are_found(run, tone):
     device = run.devices["daq"]
-    flipped = device.values["acc1"].copy()
+    flipped = np.array(device.values["acc1"])
     flipped.view(np.uint32)[100] ^= 1
     assert judge(changed(run, values={**device.values, "acc1": flipped}), tone)[0] == 1
     shifted = {name: np.roll(values, 1) for name, values in device.values.items()}
@@ -52,7 +52,7 @@ def test_a_bit_a_shift_and_a_late_stamp_are_found(run, tone):
 
 def test_a_stuck_sensor_is_wrong_where_no_event_says_so(run, tone):
     device = run.devices["daq"]
-    stuck = device.values["acc1"].copy()
+    stuck = np.array(device.values["acc1"])
     stuck[600:1200] = stuck[600]
     held = changed(run, values={**device.values, "acc1": stuck})
     fault = "stuck:channel=acc1,at_s=0.5"

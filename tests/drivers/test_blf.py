@@ -111,7 +111,7 @@ def test_what_came_over_can_stays_bit_for_bit(original: Path, tmp_path: Path) ->
     back, _ = there_and_back(tmp_path / "once" / "back.mcap", tmp_path / "twice")
     first = read_run(tmp_path / "once" / "back.mcap")
     for name in RANGES:
-        a, b = first.device_of(name).values[name], back.device_of(name).values[name]
+        a, b = (np.asarray(run.device_of(name).values[name]) for run in (first, back))
         assert np.array_equal(a.view(np.uint32), b.view(np.uint32))
 
 

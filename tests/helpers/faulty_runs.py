@@ -46,7 +46,7 @@ def swapped(run: Run, one: str, two: str) -> Run:
 
 def copied(run: Run, channel: str, source: str) -> Run:
     """With one channel's samples those of another."""
-    return filled(run, channel, lambda x: run.device_of(source).values[source].copy())
+    return filled(run, channel, lambda x: np.array(run.device_of(source).values[source]))
 
 
 def relabelled(run: Run, channel: str, **fields: Any) -> Run:

@@ -67,7 +67,8 @@ def assert_same_samples(a: Run, b: Run) -> None:
         )  # fmt: skip
         assert list(other.values) == list(device.values)
         for channel, values in device.values.items():
-            np.testing.assert_array_equal(other.values[channel].view(np.uint32), values.view(np.uint32))
+            bits = [np.asarray(each).view(np.uint32) for each in (other.values[channel], values)]
+            np.testing.assert_array_equal(*bits)
         received = ~np.isnan(next(iter(device.values.values())))
         assert np.abs(other.times_ns() - device.times_ns())[received].max() <= 2
 

@@ -11,6 +11,7 @@ from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Finding
 from twin.checks.responses import LEAST_SAMPLES, NoiseResponse, SineResponse
 from twin.checks.thresholds import ALIASED, NOT_A_SINE, UNRELATED
+from twin.diagnose.signals.levels import Level
 
 HARMONICS = 5
 """That a sine's response may have much of."""
@@ -33,9 +34,11 @@ def look_at_belonging(seen: RunBesideModel) -> list[Finding]:
             found = f"median coherence {max(0.0, *coherence):.2g} beyond chance"
             still = _is_still(seen.noise, expected, number)
             findings.append(_finding(run, channel, f"a response to {force}: coherence near 1", found, still=still))
-    for number, channel in enumerate((force, *channels), start=-1):
-        shares = [share for one in measured if np.isfinite(share := _share(run, channel, one))]
-        if shares and np.median(shares) < NOT_A_SINE and not (channel != force and _is_quiet(seen, number)):
+    named = (force, *channels)
+    parts = np.array([[_share(run, channel, one) for channel in named] for one in measured]).reshape(-1, len(named))
+    for number, channel in enumerate(named, start=-1):
+        shares = parts[np.isfinite(parts[:, number + 1]), number + 1]
+        if len(shares) and np.median(shares) < NOT_A_SINE and not (channel != force and _is_quiet(seen, number)):
             found = f"{np.median(shares):.0%} of its power there"
             still = channel != force and _is_still(seen.sines, expected, number)
             findings.append(_finding(run, channel, "sines at the steps' frequencies", found, still=still))
@@ -63,7 +66,7 @@ def _is_quiet(seen: RunBesideModel, number: int) -> bool:
     channel = seen.channels[number]
     limit, samples = seen.run.channels[channel].range, seen.run.device_of(channel).values[channel]
     size = [np.abs(seen.expected.H(one.frequency_Hz)[:, number] * one.force) for one in seen.sines]
-    power = float(np.nanvar(samples))
+    power = Level.of(samples).std ** 2
     if limit is None or not size or power > (QUIET * limit) ** 2:
         return False
     return float(np.median(np.concatenate(size)) ** 2) / 2 < NOT_A_SINE * power

@@ -17,7 +17,8 @@ STEADY = 0.05
 def amplitudes_over_target(run: Run, channels: Sequence[str]) -> dict[str, tuple[float, float]]:
     """Median and scatter of the logarithm of each channel's amplitude over the steps' target; inf without a target."""
     measured = [stretch for sweep in sweeps(run) for stretch in sweep.stretches if stretch.step.target_amplitude > 0]
-    return {name: _spread(run, name, measured) for name in channels}
+    sizes = [[_size(run, name, one) / one.step.target_amplitude for name in channels] for one in measured]
+    return {name: _spread([row[k] for row in sizes]) for k, name in enumerate(channels)}
 
 
 def look_at_target(run: Run, over_target: Mapping[str, tuple[float, float]], *, force: str) -> list[Finding]:
@@ -37,8 +38,7 @@ def look_at_target(run: Run, over_target: Mapping[str, tuple[float, float]], *, 
     return [Finding(run.path, target, "target", expected, found, "told")]
 
 
-def _spread(run: Run, channel: str, measured: Sequence[Stretch]) -> tuple[float, float]:
-    sizes = [_size(run, channel, one) / one.step.target_amplitude for one in measured]
+def _spread(sizes: Sequence[float]) -> tuple[float, float]:
     logs = np.log([size for size in sizes if np.isfinite(size) and size > 0])
     if not len(logs):
         return np.inf, np.inf

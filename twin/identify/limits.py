@@ -231,6 +231,9 @@ class Limits:
     # sine_fit.py
     sine_fit_neighbours: int = 12
     """Spectral lines on each side of a harmonic from which its noise is estimated."""
+    sine_fit_rows: int = 8192
+    """Samples whose columns are in memory at a time, 6 MB for 40 harmonics: a usual step of 2 s at 2 to 4 kHz is one
+    such part, and is fitted without making them twice."""
     least_sound: float = 0.75
     """Share of a step's samples that must be there in every channel."""
     sine_fit_passed: float = 0.4

@@ -6,8 +6,9 @@ The noise is estimated, not assumed: its power beside each harmonic is read off 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -142,7 +143,7 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int, lines: Map
     omega = 2 * np.pi * step.frequency_Hz
     amplitude, variance, drift, drift_std = {}, {}, {}, {}
     up_to_nyquist: dict[str, dict[str, Harmonics]] = {}
-    shapes: dict[tuple[str, int, int, bytes, Line | None], _Shapes] = {}
+    together: dict[tuple[str, int, int, bytes, Line | None], tuple[_Shapes, dict[str, NDArray[np.float64]]]] = {}
     lost = overloaded = 0
     for name in names:
         device = run.device_of(name)
@@ -162,9 +163,16 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int, lines: Map
             return None
         # The channels of one device share their instants, and with them the costly part of the fit.
         key = (device.device, first, last, sound.tobytes(), lines.get(name))
-        if key not in shapes:
-            shapes[key] = _Shapes.at(time[sound], omega, device.sample_rate_Hz, lines.get(name))
-        fit = _fit_channel(shapes[key], samples[sound], omega)
+        if key not in together:
+            together[key] = _Shapes.of(time[sound], omega, device.sample_rate_Hz, lines.get(name)), {}
+        together[key][1][name] = samples[sound]
+    fits = {
+        name: fit
+        for shapes, alike in together.values()
+        for name, fit in zip(alike, _fit_channels(shapes, list(alike.values())), strict=True)
+    }
+    for name in names:
+        device, fit = run.device_of(name), fits[name]
         passed = max(1, int(LIMITS.sine_fit_passed * device.sample_rate_Hz / step.frequency_Hz))
         amplitude[name], variance[name] = fit[0][:passed], fit[1][:passed]
         up_to_nyquist.setdefault(device.device, {})[name] = fit[:2]
@@ -193,66 +201,97 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int, lines: Map
 class _Shapes:
     """Columns of the least-squares fit at given instants: cosines, minus sines, a line, a constant, the drift.
 
-    A line too near a harmonic to be told from it is not fitted but leaks: `leak` is the variance that it adds to each
-    harmonic, and to the fundamental's drift as the last.  `spread` is each harmonic's variance over what the same noise
-    would make of it in whole periods: where clipped peaks are missing, the highest harmonics can hide in the gaps.
+    A line too `near` to a harmonic to be told from it is not fitted but leaks.
     """
 
     time: NDArray[np.float64]
+    omega: float
     count: int
-    columns: NDArray[np.float64]
-    factor: tuple[NDArray[np.float64], bool]
-    leak: NDArray[np.float64]
-    spread: NDArray[np.float64]
+    line: Line | None
+    near: bool
 
     @staticmethod
-    def at(time: NDArray[np.float64], omega: float, rate_Hz: float, line: Line | None) -> _Shapes:
+    def of(time: NDArray[np.float64], omega: float, rate_Hz: float, line: Line | None) -> _Shapes:
         count = int(min(MOST_HARMONICS, 0.98 * np.pi * rate_Hz / omega, (len(time) - 1) // 4))
-        angle = omega * time[:, None] * np.arange(1, count + 1)
-        cosine, sine = np.cos(angle), np.sin(angle)
-        centred = (time - time.mean()) / (time[-1] - time[0])
-        # The slow columns take up a decay that is still going on, which else would look like noise.
-        slow = np.stack([np.ones(len(time)), centred * cosine[:, 0], -centred * sine[:, 0]], axis=1)
-        foreign, near = np.zeros((len(time), 0)), False
+        near = False
         if line is not None:
-            turn = 2 * np.pi * line.frequency_Hz * time
-            foreign = np.stack([np.cos(turn), np.sin(turn)], axis=1)
             drive = omega / (2 * np.pi)
             order = round(line.frequency_Hz / drive)
             near = (
                 0 < order <= count
                 and abs(line.frequency_Hz - order * drive) * (time[-1] - time[0]) < LIMITS.sine_fit_apart
             )
-        columns = np.hstack([cosine, -sine, *([] if near else [foreign]), slow])
-        # Over two periods and more the columns are nearly orthogonal: normal equations lose nothing.
-        gram = columns.T @ columns
-        ridge = 1e-12 * np.trace(gram) / len(gram)
-        factor = cho_factor(gram + ridge * np.eye(len(gram)))
-        leak = np.zeros(count + 1)
-        if line is not None and near:
-            into = cho_solve(factor, columns.T @ foreign)
-            power = np.concatenate([into[:count] ** 2 + into[count : 2 * count] ** 2, [np.sum(into[-2:] ** 2, axis=0)]])
-            leak = line.amplitude**2 * power.mean(axis=1)
-        own = np.diag(cho_solve(factor, np.eye(len(gram))))
-        spread = (own[:count] + own[count : 2 * count]) * len(time) / 4
-        return _Shapes(time, count, columns, factor, leak, spread)
+        return _Shapes(time, omega, count, line, near)
+
+    def blocks(self) -> Iterator[tuple[slice, NDArray[np.float64]]]:
+        """Rows of the columns, a part at a time: those of a long step at a high rate are hundreds of megabytes."""
+        if len(self.time) <= LIMITS.sine_fit_rows:
+            yield slice(None), self._all
+            return
+        for first in range(0, len(self.time), LIMITS.sine_fit_rows):
+            rows = slice(first, first + LIMITS.sine_fit_rows)
+            yield rows, self._columns(rows)
+
+    @cached_property
+    def _all(self) -> NDArray[np.float64]:
+        return self._columns(slice(None))
+
+    def _columns(self, rows: slice) -> NDArray[np.float64]:
+        time = self.time[rows]
+        angle = self.omega * time[:, None] * np.arange(1, self.count + 1)
+        cosine, sine = np.cos(angle), np.sin(angle)
+        centred = (time - self.time.mean()) / (self.time[-1] - self.time[0])
+        # The slow columns take up a decay that is still going on, which else would look like noise.
+        slow = np.stack([np.ones(len(time)), centred * cosine[:, 0], -centred * sine[:, 0]], axis=1)
+        return np.hstack([cosine, -sine, *([] if self.near else [self.foreign(rows)]), slow])
+
+    def foreign(self, rows: slice) -> NDArray[np.float64]:
+        """Cosine and sine of the line, or no columns."""
+        if self.line is None:
+            return np.zeros((len(self.time[rows]), 0))
+        turn = 2 * np.pi * self.line.frequency_Hz * self.time[rows]
+        return np.stack([np.cos(turn), np.sin(turn)], axis=1)
 
 
-def _fit_channel(
-    shapes: _Shapes, samples: NDArray[np.float64], omega: float
-) -> tuple[NDArray[np.complex128], NDArray[np.float64], complex, float]:
-    """Harmonics, their variances, and the relative drift of the fundamental with its standard deviation."""
-    time, count, basis = shapes.time, shapes.count, shapes.columns
-    solution = cho_solve(shapes.factor, basis.T @ samples)
-    residual = samples - basis @ solution
-    freedom = max(1, len(samples) - basis.shape[1])
-    Z = solution[:count] + 1j * solution[count : 2 * count]
-    noise = _noise_beside(residual, time, omega, count) * len(samples) / freedom
-    variance = noise * shapes.spread + shapes.leak[:-1]
-    change = complex(solution[-2], solution[-1]) / Z[0] if Z[0] else 0j
-    # Var of a slope over a unit interval is 12 times that of the mean; half of it falls on each of the two parts.
-    drift_variance = 12 * variance[0] / 2 + shapes.leak[-1]
-    return Z, variance, change, float(np.sqrt(drift_variance) / max(abs(Z[0]), 1e-300))
+def _fit_channels(
+    shapes: _Shapes, channels: Sequence[NDArray[np.float64]]
+) -> list[tuple[NDArray[np.complex128], NDArray[np.float64], complex, float]]:
+    """Of each channel: harmonics, their variances, the relative drift of the fundamental, its standard deviation."""
+    time, count = shapes.time, shapes.count
+    gram, right, foreign = np.zeros(()), [np.zeros(()) for _ in channels], np.zeros(())
+    for rows, basis in shapes.blocks():
+        gram = gram + basis.T @ basis
+        right = [before + basis.T @ samples[rows] for before, samples in zip(right, channels, strict=True)]
+        if shapes.near:
+            foreign = foreign + basis.T @ shapes.foreign(rows)
+    # Over two periods and more the columns are nearly orthogonal: normal equations lose nothing.
+    ridge = 1e-12 * np.trace(gram) / len(gram)
+    factor = cho_factor(gram + ridge * np.eye(len(gram)))
+    leak = np.zeros(count + 1)  # the variance that the line adds to each harmonic, and to the drift as the last
+    if shapes.line is not None and shapes.near:
+        into = cho_solve(factor, foreign)
+        power = np.concatenate([into[:count] ** 2 + into[count : 2 * count] ** 2, [np.sum(into[-2:] ** 2, axis=0)]])
+        leak = shapes.line.amplitude**2 * power.mean(axis=1)
+    # Each harmonic's variance over what the same noise would make of it in whole periods: where clipped peaks are
+    # missing, the highest harmonics can hide in the gaps.
+    own = np.diag(cho_solve(factor, np.eye(len(gram))))
+    spread = (own[:count] + own[count : 2 * count]) * len(time) / 4
+    solutions = [cho_solve(factor, each) for each in right]
+    residuals = [samples.copy() for samples in channels]
+    for rows, basis in shapes.blocks():
+        for residual, solution in zip(residuals, solutions, strict=True):
+            residual[rows] -= basis @ solution
+    freedom = max(1, len(time) - len(gram))
+    fits = []
+    for solution, residual in zip(solutions, residuals, strict=True):
+        Z = solution[:count] + 1j * solution[count : 2 * count]
+        noise = _noise_beside(residual, time, shapes.omega, count) * len(time) / freedom
+        variance = noise * spread + leak[:-1]
+        change = complex(solution[-2], solution[-1]) / Z[0] if Z[0] else 0j
+        # Var of a slope over a unit interval is 12 times that of the mean; half of it falls on each of the two parts.
+        drift_variance = 12 * variance[0] / 2 + leak[-1]
+        fits.append((Z, variance, change, float(np.sqrt(drift_variance) / max(abs(Z[0]), 1e-300))))
+    return fits
 
 
 def _noise_beside(

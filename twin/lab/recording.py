@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Recording(Shown):
-    """A run in memory, its sweeps reduced when they are asked for.
+    """A run, its sweeps reduced when they are asked for.
 
     ``run["acc1"]`` are the samples of a channel, and ``for channel in run`` goes through the channels.
     """
@@ -47,7 +47,7 @@ class Recording(Shown):
         KeyError
             If none were recorded.
         """
-        return self.run.device_of(channel).values[channel].astype(float)
+        return np.asarray(self.run.device_of(channel).values[channel]).astype(float)
 
     @property
     def time(self) -> Array:

@@ -112,14 +112,14 @@ def _measure(
     remaining: float | None = None,
 ) -> None:
     place = held.place
-    series = measure(session, place, start_ns, duration_s)
+    sizes = measure(session, place, start_ns, duration_s)
     amplitude = held.voltage_V
     if procedure.control != "voltage":
-        amplitude = rms(series[place.target_channel]) if place.target_channel in series else math.nan
+        amplitude = sizes[place.target_channel].rms if place.target_channel in sizes else math.nan
     if abs(amplitude / procedure.rms - 1.0) > procedure.controller.tolerance:
         session.note("not-held", f"rms {amplitude:.4g} instead of {procedure.rms:.4g}", source=place.target_channel)
     finish(
-        session, place, series, voltage_V=held.voltage_V, amplitude=amplitude,
+        session, place, sizes, voltage_V=held.voltage_V, amplitude=amplitude,
         settle_s=(start_ns - held.first_ns) * 1e-9, settled=settled, remaining=remaining,
     )  # fmt: skip
 

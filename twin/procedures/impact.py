@@ -23,10 +23,9 @@ def run_impact(procedure: Impact, session: Session) -> None:
             session.mark(place, StepState.SETTLING, ready_ns, 0.0)
             hit_ns = _wait_for_hit(procedure, session, place, ready_ns + pre_ns)
             start_ns = session.stream.align(hit_ns - pre_ns)
-            series = measure(session, place, start_ns, procedure.record)
-            peak = float(np.nanmax(np.abs(series[force].samples)))
+            sizes = measure(session, place, start_ns, procedure.record)
             settle_s = max(0.0, (start_ns - ready_ns) * 1e-9)
-            finish(session, place, series, voltage_V=0.0, amplitude=peak, settle_s=settle_s)
+            finish(session, place, sizes, voltage_V=0.0, amplitude=sizes[force].peak, settle_s=settle_s)
             ready_ns = start_ns + round(procedure.record * 1e9)
 
 

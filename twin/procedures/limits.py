@@ -29,9 +29,16 @@ class Limits:
     """Windows looked at; and how many are enough where the decay is known and shows within them."""
     well_known: float = 2.5
     """Most that noise and model errors of one window may grow by when the transient is told from the rest."""
+    # sine_fit.py
+    whole_fit: int = 1 << 15
+    """Samples up to which a fit's matrices are made whole and kept for the next channel, 8 MB for five harmonics; a
+    longer window, as of 2 s at 25.6 kHz, is fitted in parts of this length."""
     # stream.py
     silent_device_s: float = 5.0
     """A device this far behind the others has fallen silent."""
+    # stretch.py
+    piece_s: float = 10.0
+    """Of a long stretch, what is in memory at a time: 4 MB of four channels at 25.6 kHz."""
     # wait.py
     control_harmonics: int = 5
     """As many as are measured: one that is left out looks like noise, which excuses an amplitude that is not held."""

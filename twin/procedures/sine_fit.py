@@ -6,6 +6,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.procedures.limits import LIMITS
+
 
 @dataclass(frozen=True, kw_only=True)
 class SineFit:
@@ -68,14 +70,19 @@ def fit_sine(
     valid = int(known.sum())
     if valid < 2 * (2 * highest + 1 + 2 * modulation):
         raise ValueError(f"{valid} samples are too few for {highest} harmonics")
-    design, inverse = _design(len(values), frequency_Hz / sample_rate_Hz, highest, modulation)
-    if valid == len(values):
-        coefficients = inverse @ values
+    turns = frequency_Hz / sample_rate_Hz
+    if len(values) > LIMITS.whole_fit:
+        coefficients, squares = _fit_in_parts(values, known, turns, highest, modulation)
     else:
-        design, values = design[known], values[known]
-        coefficients = np.asarray(np.linalg.lstsq(design, values, rcond=None)[0], dtype=np.float64)
-    residual = values - design @ coefficients
-    noise = float(np.sqrt(residual @ residual / (valid - design.shape[1])))
+        design, inverse = _design(len(values), turns, highest, modulation)
+        if valid == len(values):
+            coefficients = inverse @ values
+        else:
+            design, values = design[known], values[known]
+            coefficients = np.asarray(np.linalg.lstsq(design, values, rcond=None)[0], dtype=np.float64)
+        residual = values - design @ coefficients
+        squares = float(residual @ residual)
+    noise = float(np.sqrt(squares / (valid - len(coefficients))))
     order = np.arange(1, highest + 1)
     raw = coefficients[1 : 2 * highest + 1 : 2] - 1j * coefficients[2 : 2 * highest + 1 : 2]
     found = np.zeros(harmonics, dtype=np.complex128)
@@ -89,24 +96,52 @@ def fit_sine(
     )
 
 
-@lru_cache(maxsize=16)
+def _fit_in_parts(
+    values: NDArray[np.float64], known: NDArray[np.bool_], turns: float, harmonics: int, modulation: int
+) -> tuple[NDArray[np.float64], float]:
+    """Coefficients and the sum of squares that they leave, without ever having the whole design matrix."""
+    parts = [
+        np.arange(first, min(first + LIMITS.whole_fit, len(values)))[known[first : first + LIMITS.whole_fit]]
+        for first in range(0, len(values), LIMITS.whole_fit)
+    ]
+    gram, right = np.zeros(()), np.zeros(())
+    for part in parts:
+        columns = _columns(part, len(values), turns, harmonics, modulation)
+        gram, right = gram + columns.T @ columns, right + columns.T @ values[part]
+    coefficients = np.asarray(np.linalg.solve(gram, right), dtype=np.float64)
+    squares = 0.0
+    for part in parts:
+        residual = values[part] - _columns(part, len(values), turns, harmonics, modulation) @ coefficients
+        squares += float(residual @ residual)
+    return coefficients, squares
+
+
+@lru_cache(maxsize=4)
 def _design(
     count: int, cycles_per_sample: float, harmonics: int, modulation: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Design matrix [1, cos, sin, cos 2, sin 2, ..., P1 cos, P1 sin, ...] and its pseudo-inverse.
-
-    Legendre polynomials of time over the window keep the modulation apart from the mean phasor.
+    """Design matrix of a whole window and its pseudo-inverse.
 
     Over whole cycles the columns are close to orthogonal, so that its normal equations lose nothing.
     """
-    angle = 2 * np.pi * cycles_per_sample * np.arange(count)
-    columns = [np.ones(count)]
+    design = _columns(np.arange(count), count, cycles_per_sample, harmonics, modulation)
+    inverse = np.linalg.solve(design.T @ design, design.T)
+    return design, np.asarray(inverse, dtype=np.float64)
+
+
+def _columns(
+    places: NDArray[np.intp], count: int, cycles_per_sample: float, harmonics: int, modulation: int
+) -> NDArray[np.float64]:
+    """Columns [1, cos, sin, cos 2, sin 2, ..., P1 cos, P1 sin, ...] at some samples of a window of `count`.
+
+    Legendre polynomials of time over the window keep the modulation apart from the mean phasor.
+    """
+    angle = 2 * np.pi * cycles_per_sample * places
+    columns = [np.ones(len(places))]
     for k in range(1, harmonics + 1):
         columns += [np.cos(k * angle), np.sin(k * angle)]
-    position = np.linspace(-1.0, 1.0, count)
+    position = np.linspace(-1.0, 1.0, count)[places]
     for k in range(1, modulation + 1):
         shape = np.polynomial.Legendre.basis(k)(position)
         columns += [shape * np.cos(angle), shape * np.sin(angle)]
-    design = np.column_stack(columns)
-    inverse = np.linalg.solve(design.T @ design, design.T)
-    return design, np.asarray(inverse, dtype=np.float64)
+    return np.column_stack(columns)

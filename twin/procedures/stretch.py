@@ -2,30 +2,93 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from recordings.quantities import follows_excitation
 from recordings.run import StepState
+from twin.procedures.limits import LIMITS
 from twin.procedures.results import StepResult
 from twin.procedures.session import Session, StepPlace
 from twin.procedures.stream import Series
 
 
-def measure(session: Session, place: StepPlace, start_ns: int, duration_s: float) -> dict[str, Series]:
+@dataclass(kw_only=True)
+class Size:
+    """How large one channel is over a stretch, taken piece by piece: samples, those known, their rms and peak."""
+
+    sample_rate_Hz: float
+    samples: int = 0
+    known: int = 0
+    peak: float = 0.0
+    peak_at: int = 0
+    """Of the samples, which is the largest."""
+    _mean: float = 0.0
+    _squares: float = 0.0
+
+    @property
+    def rms(self) -> float:
+        """Of the samples that are there, without their mean."""
+        return math.sqrt(self._squares / self.known) if self.known else math.nan
+
+    def take(self, samples: NDArray[np.float32]) -> None:
+        """The next ones; lost ones are NaN."""
+        places = np.flatnonzero(np.isfinite(samples))
+        if len(places):
+            x = samples[places].astype(float)
+            largest = int(np.argmax(np.abs(x)))
+            if abs(x[largest]) > self.peak:
+                self.peak, self.peak_at = float(abs(x[largest])), self.samples + int(places[largest])
+            mean, known = float(np.mean(x)), self.known + len(x)
+            self._squares += float(np.sum((x - mean) ** 2)) + (mean - self._mean) ** 2 * self.known * len(x) / known
+            self._mean += (mean - self._mean) * len(x) / known
+            self.known = known
+        self.samples += len(samples)
+
+
+class Passing:
+    """A stretch in pieces, of which one is in memory at a time, however long it is.
+
+    Attributes
+    ----------
+    sizes : dict of Size
+        Of all channels, as far as they were taken.
+    """
+
+    def __init__(self, session: Session, start_ns: int, duration_s: float) -> None:
+        self._session, self._start_ns, self._duration_s = session, start_ns, duration_s
+        self._taken_s = 0.0
+        self.sizes: dict[str, Size] = {}
+
+    def take(self, until_ns: int | None = None) -> dict[str, Size]:
+        """Take the pieces that end before a time; all, waiting for them, without one."""
+        while self._taken_s < self._duration_s:
+            length_s = min(LIMITS.piece_s, self._duration_s - self._taken_s)
+            start_ns = self._start_ns + round(self._taken_s * 1e9)
+            if until_ns is not None and start_ns + round(length_s * 1e9) > until_ns:
+                break
+            for name, one in self._session.window(start_ns, length_s).items():
+                self.sizes.setdefault(name, Size(sample_rate_Hz=one.sample_rate_Hz)).take(one.samples)
+            self._taken_s += length_s
+        return self.sizes
+
+
+def measure(session: Session, place: StepPlace, start_ns: int, duration_s: float) -> dict[str, Size]:
     """Record a stretch."""
     end_ns = start_ns + round(duration_s * 1e9)
     session.stream.begin_step()
     session.stream.drop_before(start_ns)
     session.mark(place, StepState.MEASURING, start_ns, 0.0)
     session.recorder.open(start_ns, end_ns, session.stream.buffered)
-    return session.window(start_ns, duration_s)
+    return Passing(session, start_ns, duration_s).take()
 
 
 def finish(
     session: Session,
     place: StepPlace,
-    series: Mapping[str, Series],
+    sizes: Mapping[str, Size],
     *,
     voltage_V: float,
     amplitude: float,
@@ -35,15 +98,14 @@ def finish(
     peak_frequency_Hz: float | None = None,
 ) -> None:
     """Keep what was measured as the one step of its sweep, and end it."""
-    duration_s = max((len(one.samples) / one.sample_rate_Hz for one in series.values()), default=0.0)
-    peak = {name: float(np.nanmax(np.abs(one.samples), initial=0.0)) for name, one in series.items()}
+    duration_s = max((one.samples / one.sample_rate_Hz for one in sizes.values()), default=0.0)
     end_ns = session.stream.latest_ns
     session.finish_step(
         StepResult(
             sweep=place.sweep, index=place.index, frequency_Hz=0.0, target_channel=place.target_channel,
             target_amplitude=place.target_amplitude, voltage_V=voltage_V, amplitude=amplitude, settle_s=settle_s,
             measure_s=duration_s, settled=settled, remaining=remaining, peak_frequency_Hz=peak_frequency_Hz,
-            peak={n: p for n, p in peak.items() if follows_excitation(session.channels[n].quantity)},
+            peak={n: one.peak for n, one in sizes.items() if follows_excitation(session.channels[n].quantity)},
         ),
         end_ns,
     )  # fmt: skip

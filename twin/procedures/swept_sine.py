@@ -2,14 +2,11 @@
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from recordings.quantities import is_response
 from recordings.run import StepState
 from twin.procedures.kinds import SweptSine
 from twin.procedures.session import Session, StepPlace
-from twin.procedures.stream import Series
-from twin.procedures.stretch import finish
+from twin.procedures.stretch import Passing, Size, finish
 
 
 def run_swept_sine(procedure: SweptSine, session: Session) -> None:
@@ -34,29 +31,24 @@ def run_swept_sine(procedure: SweptSine, session: Session) -> None:
             session.mark(place, StepState.MEASURING, measure_ns, 0.0)
             end_ns = measure_ns + round(duration_s * 1e9)
             session.recorder.open(measure_ns, end_ns, session.stream.buffered)
-            now_ns = measure_ns
+            now_ns, passing = measure_ns, Passing(session, measure_ns, duration_s)
             while now_ns < end_ns:
                 share = (now_ns - measure_ns) * 1e-9 / duration_s
                 holds_ns = session.set_sine(first + share * (last - first), voltage_V)
                 now_ns = min(end_ns, max(now_ns, holds_ns) + round(0.05 * 1e9))
                 session.stream.wait(now_ns)
                 session.tick()
-            series = session.window(measure_ns, duration_s)
-            peak = _share_at_peak(session, series)
+                passing.take(now_ns)
+            sizes = passing.take()
+            peak = _share_at_peak(session, sizes)
             finish(
-                session, place, series, voltage_V=session.voltage_V, amplitude=session.voltage_V, settle_s=0.0,
+                session, place, sizes, voltage_V=session.voltage_V, amplitude=session.voltage_V, settle_s=0.0,
                 peak_frequency_Hz=None if peak is None else first + peak * (last - first),
             )  # fmt: skip
 
 
-def _share_at_peak(session: Session, series: Mapping[str, Series]) -> float | None:
+def _share_at_peak(session: Session, sizes: Mapping[str, Size]) -> float | None:
     """At what part of the sweep the acceleration, velocity or displacement that moves most was largest."""
-    sizes = {
-        name: np.abs(one.samples)
-        for name, one in series.items()
-        if is_response(session.channels[name].quantity) and np.isfinite(one.samples).any()
-    }
-    if not sizes:
-        return None
-    most = max(sizes.values(), key=lambda size: float(np.nanmax(size)))
-    return int(np.nanargmax(most)) / len(most)
+    moving = [one for name, one in sizes.items() if is_response(session.channels[name].quantity) and one.known]
+    most = max(moving, key=lambda one: one.peak, default=None)
+    return None if most is None else most.peak_at / most.samples

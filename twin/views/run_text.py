@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from recordings.quantities import quantity
-from recordings.run import Run
+from recordings.run import Run, pieces
 from twin.views.curves import SteppedSweep, largest_receptance
 from twin.views.reports.rehearsal import warnings_table
 from twin.views.style import unit_text
@@ -33,7 +33,7 @@ def _channels(run: Run) -> Table:
 
 def _lost(run: Run, channel: str) -> int:
     try:
-        return int(np.isnan(run.device_of(channel).values[channel]).sum())
+        return sum(int(np.isnan(part).sum()) for part in pieces(run.device_of(channel).values[channel]))
     except KeyError:
         return 0
 

@@ -10,6 +10,7 @@ from recordings.run import Run
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.sweeps import sweep_bands
+from twin.diagnose.signals.levels import Level
 from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.measured_data import MeasuredData
 from twin.procedures import Procedure, Random, SteppedSine
@@ -63,9 +64,8 @@ def _noise(runs: Sequence[Run], evidence: MeasuredData) -> Iterator[Proposal]:
     data = evidence.broadband[0]
     run = next(run for run in runs if run.path == data.run)
     device = run.device_of(evidence.force)
-    force = device.values[evidence.force]
-    force = force[np.isfinite(force)]
-    rms, lasted = float(np.std(force)), len(force) / device.sample_rate_Hz
+    force = Level.of(device.values[evidence.force])
+    rms, lasted = force.std, force.count / device.sample_rate_Hz
     f, response = data.frequency_Hz, np.sum(np.abs(data.H) ** 2, axis=1) * data.force_power
     whole = (float(np.floor(f[0])), float(np.ceil(f[-1])))
     for band in _bands(evidence, whole):

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from recordings.run import Run
+from recordings.stored import with_samples
 from twin.cause_registry import FINDINGS
 from twin.diagnose.signals.clock import as_known, with_clock
 from twin.diagnose.signals.finding import Finding
@@ -39,8 +40,7 @@ def mended(run: Run, findings: Sequence[Finding]) -> Run:
         if positions is None or channel not in run.channels:
             continue
         device = devices[run.device_of(channel).device]
-        samples = device.values[channel].copy()
-        samples[positions] = np.nan
+        samples = with_samples(device.values[channel], positions, np.full(len(positions), np.nan, np.float32))
         devices[device.device] = replace(device, values={**device.values, channel: samples})
     whole = replace(run, devices=devices)
     for finding in findings:

@@ -92,7 +92,7 @@ def _signals(recording: rr.RecordingStream, run: Run) -> list[rrb.TimeSeriesView
             device = run.device_of(name)
         except KeyError:
             continue
-        position, values = _envelope(device.values[name])
+        position, values = _envelope(np.asarray(device.values[name]))
         path = entity(f"/signals/{name}")
         label = printable(f"{name}, {unit_text(channel.unit)}")
         largest = float(np.nanmax(np.abs(values), initial=0.0))
