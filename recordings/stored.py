@@ -160,7 +160,7 @@ class Blocks:
 class StoredSamples(NDArrayOperatorsMixin):
     """One channel's samples (n,), float32, as :class:`recordings.run.Samples`: a slice is an array, read when taken.
 
-    Whatever else is done with them (arithmetic, ``numpy.asarray``) takes all of them into memory.
+    Whatever else is done with them (arithmetic, an array's methods) takes all of them into memory.
     """
 
     dtype = np.dtype(np.float32)
@@ -197,13 +197,11 @@ class StoredSamples(NDArrayOperatorsMixin):
         whole = [np.asarray(each) if isinstance(each, StoredSamples) else each for each in inputs]
         return getattr(ufunc, method)(*whole, **options)
 
-    def astype(self, dtype: Any) -> NDArray[Any]:
-        """All of them as an array of another type."""
-        return self._cut(0, len(self)).astype(dtype)
-
-    def copy(self) -> NDArray[np.float32]:
-        """All of them as an array of its own."""
-        return self._cut(0, len(self))
+    def __getattr__(self, name: str) -> Any:
+        # What else an array can do, the whole of them does; Python's own protocols ask for names of their own.
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self._cut(0, len(self)), name)
 
     def __neg__(self) -> StoredSamples:
         changed = self._changed and (self._changed[0], -self._changed[1])
