@@ -6,7 +6,7 @@ import os
 import threading
 import weakref
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -189,6 +189,14 @@ class StoredSamples(NDArrayOperatorsMixin):
             start, stop, step = key.indices(len(self))
             return self._cut(start, stop) if step == 1 else self._cut(0, len(self))[key]
         return self._cut(0, len(self))[key] if not isinstance(key, (int, np.integer)) else self._one(int(key))
+
+    def __iter__(self) -> Iterator[np.float32]:
+        return iter(self._cut(0, len(self)))
+
+    def __arrow_array__(self, type: Any = None) -> Any:
+        import pyarrow
+
+        return pyarrow.array(self._cut(0, len(self)), type=type)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         return np.asarray(self._cut(0, len(self)), dtype=dtype)

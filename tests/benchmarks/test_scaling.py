@@ -85,7 +85,7 @@ def test_every_work_is_tried_as_often():
 
 def test_an_hour_lies_on_the_line_through_both_lengths():
     assert Memory("x", 100.0, 100.0).hour_MB == 100.0
-    assert Memory("x", 100.0, 101.0).table()["hour_MB"] == pytest.approx(100.0 + 3590 / 30)
+    assert Memory("x", 100.0, 101.0).table()["hour_MB"] == pytest.approx(100.0 + 3540 / 120)
 
 
 @pytest.fixture

@@ -9,6 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
+import pyarrow as pa
 import pytest
 from google.protobuf.internal.encoder import _VarintBytes
 from recording_builders import INFO, block_at, write_run
@@ -78,6 +80,16 @@ def test_turned_and_mended_samples_are_those_of_an_array(disordered):
         assert np.array_equal(np.asarray(changed), expected, equal_nan=True)
         assert np.array_equal(changed[600:800], expected[600:800], equal_nan=True)
         assert np.array_equal(2 * changed, 2 * expected, equal_nan=True)
+
+
+def test_tables_of_other_libraries_take_them_as_they_take_an_array(disordered):
+    path, held = disordered
+    samples = read_run(path, limits=FEW).devices["daq"].values["force"]
+    expected = held.values["force"]
+    assert bits(pd.DataFrame({"force": samples})["force"]) == bits(expected)
+    assert bits(pa.table({"force": samples})["force"].to_numpy()) == bits(expected)
+    assert bits(list(samples)) == bits(expected)
+    assert samples.std() == pytest.approx(expected.std(), nan_ok=True)
 
 
 def test_a_run_outlives_its_file_s_name_and_goes_to_another_process(disordered):
