@@ -106,7 +106,7 @@ class JointFit:
 
     @property
     def errors(self) -> tuple[float, float]:
-        """Median of |predicted / measured - 1| over all lines and responses, before and after."""
+        """Relative error of the prediction before and after: its size, the median over all lines and responses."""
         before, after = (float(np.nanmedian(np.abs(p.H / self.measured - 1))) for p in (self.before, self.after))
         return before, after
 
