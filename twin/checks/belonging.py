@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from recordings.level import Level
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 from twin.checks.agreement import RunBesideModel
@@ -11,7 +12,6 @@ from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Finding
 from twin.checks.responses import LEAST_SAMPLES, NoiseResponse, SineResponse
 from twin.checks.thresholds import ALIASED, NOT_A_SINE, UNRELATED
-from twin.diagnose.signals.levels import Level
 
 HARMONICS = 5
 """That a sine's response may have much of."""

@@ -207,11 +207,11 @@ def _fitted_rivals(
     # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
     names = {rival.cause.name for rival in promising if rival.cause.tried_at_full_size}
     labels = [score.hypothesis for score in _best_of_each(scores).values() if score.hypothesis.cause.name in names]
-    imitated = [_at_full_size(evidence, rival) for rival in labels]
+    from_nominal = [_at_full_size(evidence, rival) for rival in labels]
     beside = [rival for rival in promising if not rival.cause.tried_at_full_size]
     if isinstance(evidence, MeasuredFrequencies):
-        imitated += beside  # frequencies alone have several minima: the best without a cause may lead to another
-    for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, imitated)):
+        from_nominal += beside  # frequencies alone have several minima: the best without a cause may lead to another
+    for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, from_nominal)):
         fits += _begun_and_raced(race, model, begin, rivals, report)
     sound = sound_errors(evidence)
     # The law imitates at first what goes by the amplitude, and then leads its fit astray.

@@ -115,7 +115,7 @@ def _measure(
     sizes = measure(session, place, start_ns, duration_s)
     amplitude = held.voltage_V
     if procedure.control != "voltage":
-        amplitude = sizes[place.target_channel].rms if place.target_channel in sizes else math.nan
+        amplitude = sizes[place.target_channel].std if place.target_channel in sizes else math.nan
     if abs(amplitude / procedure.rms - 1.0) > procedure.controller.tolerance:
         session.note("not-held", f"rms {amplitude:.4g} instead of {procedure.rms:.4g}", source=place.target_channel)
     finish(

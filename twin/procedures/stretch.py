@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from recordings.level import Level
 from recordings.quantities import follows_excitation
 from recordings.run import StepState
 from twin.procedures.limits import LIMITS
@@ -16,36 +16,10 @@ from twin.procedures.stream import Series
 
 
 @dataclass(kw_only=True)
-class Size:
-    """How large one channel is over a stretch, taken piece by piece: samples, those known, their rms and peak."""
+class Size(Level):
+    """How large one channel is over a stretch."""
 
     sample_rate_Hz: float
-    samples: int = 0
-    known: int = 0
-    peak: float = 0.0
-    peak_at: int = 0
-    """Of the samples, which is the largest."""
-    _mean: float = 0.0
-    _squares: float = 0.0
-
-    @property
-    def rms(self) -> float:
-        """Of the samples that are there, without their mean."""
-        return math.sqrt(self._squares / self.known) if self.known else math.nan
-
-    def take(self, samples: NDArray[np.float32]) -> None:
-        """The next ones; lost ones are NaN."""
-        places = np.flatnonzero(np.isfinite(samples))
-        if len(places):
-            x = samples[places].astype(float)
-            largest = int(np.argmax(np.abs(x)))
-            if abs(x[largest]) > self.peak:
-                self.peak, self.peak_at = float(abs(x[largest])), self.samples + int(places[largest])
-            mean, known = float(np.mean(x)), self.known + len(x)
-            self._squares += float(np.sum((x - mean) ** 2)) + (mean - self._mean) ** 2 * self.known * len(x) / known
-            self._mean += (mean - self._mean) * len(x) / known
-            self.known = known
-        self.samples += len(samples)
 
 
 class Passing:
@@ -105,7 +79,7 @@ def finish(
             sweep=place.sweep, index=place.index, frequency_Hz=0.0, target_channel=place.target_channel,
             target_amplitude=place.target_amplitude, voltage_V=voltage_V, amplitude=amplitude, settle_s=settle_s,
             measure_s=duration_s, settled=settled, remaining=remaining, peak_frequency_Hz=peak_frequency_Hz,
-            peak={n: one.peak for n, one in sizes.items() if follows_excitation(session.channels[n].quantity)},
+            peak={n: one.largest for n, one in sizes.items() if follows_excitation(session.channels[n].quantity)},
         ),
         end_ns,
     )  # fmt: skip

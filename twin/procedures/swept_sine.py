@@ -49,6 +49,6 @@ def run_swept_sine(procedure: SweptSine, session: Session) -> None:
 
 def _share_at_peak(session: Session, sizes: Mapping[str, Size]) -> float | None:
     """At what part of the sweep the acceleration, velocity or displacement that moves most was largest."""
-    moving = [one for name, one in sizes.items() if is_response(session.channels[name].quantity) and one.known]
-    most = max(moving, key=lambda one: one.peak, default=None)
-    return None if most is None else most.peak_at / most.samples
+    moving = [one for name, one in sizes.items() if is_response(session.channels[name].quantity) and one.count]
+    most = max(moving, key=lambda one: one.largest, default=None)
+    return None if most is None else most.largest_at / most.samples

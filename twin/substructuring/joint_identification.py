@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from recordings.errors import InputError
 from recordings.quantities import quantity
@@ -22,6 +23,7 @@ from twin.identify.responses.matching import Matched, match_responses
 from twin.identify.responses.reduction import noise_of
 from twin.substructuring.expansion import Expansion
 from twin.substructuring.limits import LIMITS
+from twin.substructuring.measured_part import same_lines
 from twin.substructuring.substructures import Substructures
 
 __all__ = ["CoupledPrediction", "JointFit", "JointValues", "identify_joints", "predict"]
@@ -129,6 +131,11 @@ class _Model:
         joints = [*np.log([*values.stiffness.values()]), *values.loss_factor.values()]
         return np.concatenate([joints, *(part.synthesis.vector for part in self.parts.parts)])
 
+    def parts_at(self, x: Array) -> Substructures:
+        """With the measured parts' parameters that a vector has."""
+        sizes = [len(part.synthesis.vector) for part in self.parts.parts]
+        return self.parts.with_vectors(np.split(x[len(x) - sum(sizes) :], np.cumsum(sizes)[:-1]))
+
     def values(self, x: Array, std: Array) -> JointValues:
         file = JointValues.of(self.parts)
         n = len(file.stiffness)
@@ -143,8 +150,7 @@ class _Model:
         first = JointValues.of(self.parts)
         gaps, losses = [*first.stiffness], [*first.loss_factor]
         n = len(gaps) + len(losses)
-        sizes = np.cumsum([n, *(len(part.synthesis.vector) for part in self.parts.parts)])
-        parts = self.parts.with_vectors(np.split(x, sizes)[1:-1])
+        parts = self.parts_at(x)
         slope = np.zeros((len(self.parts.joints), n), complex)
         F = np.zeros(len(slope), complex)
         for row, (connection, dof) in enumerate(self.parts.joints):
@@ -192,8 +198,9 @@ def predict(parts: Substructures, fit: JointFit | None = None) -> CoupledPredict
         model = _Model.at(fit.parts, fit.parts.frequency_Hz)
         return model.predicted(model.vector(fit.values), fit.covariance)
     model = _Model.at(parts, parts.frequency_Hz)
-    x = model.vector(JointValues.of(parts))
-    return model.predicted(x, _covariance_of_parts(parts, len(x)))
+    joints = JointValues.of(parts)
+    known = _covariance_of_parts(parts, len(joints.stiffness) + len(joints.loss_factor))
+    return model.predicted(model.vector(joints), known)
 
 
 def identify_joints(parts: Substructures, file: Responses) -> JointFit:
@@ -217,14 +224,8 @@ def identify_joints(parts: Substructures, file: Responses) -> JointFit:
     seen = np.isfinite(measured) & (std < LIMITS.noisiest)
     x0 = model.vector(start)
     n, joints = len(x0), len(start.stiffness) + len(start.loss_factor)
-    precision = np.zeros((n, n))
     prior = [LIMITS.guessed] * len(start.stiffness) + [LIMITS.guessed_loss] * len(start.loss_factor)
-    precision[np.arange(joints), np.arange(joints)] = 1 / np.square(prior)
-    at = joints
-    for part in parts.parts:
-        size = len(part.synthesis.vector)
-        precision[at : at + size, at : at + size] = part.synthesis.information
-        at += size
+    precision = block_diag(np.diag(1 / np.square(prior)), *(part.synthesis.information for part in parts.parts))
     lower, upper = np.full(n, -np.inf), np.full(n, np.inf)
     stiff = slice(0, len(start.stiffness))
     lower[stiff], upper[stiff] = x0[stiff] - np.log(LIMITS.bounds), x0[stiff] + np.log(LIMITS.bounds)
@@ -255,27 +256,23 @@ def identify_joints(parts: Substructures, file: Responses) -> JointFit:
     chi2 = solution.chi2 / max(1, 2 * int(seen.sum()) - joints)
     covariance = solution.covariance * max(1.0, chi2)
     values = model.values(x, np.sqrt(np.diag(covariance)))
-    sizes = np.cumsum([joints, *(len(part.synthesis.vector) for part in parts.parts)])
-    fitted = parts.with_vectors(np.split(x, sizes)[1:-1])
+    fitted = model.parts_at(x)
     notes = [
         f"{name} {dof}: these responses hardly show its stiffness" for (name, dof), value in values.stiffness.items()
         if values.stiffness_std[name, dof] > LIMITS.vague * value
     ]  # fmt: skip
     if chi2 > LIMITS.poor:
         notes.append(f"the joints leave {chi2:.3g} times the noise's chi2: deviations are widened by its root")
-    before = model.predicted(x0, _covariance_of_parts(parts, n))
+    before = model.predicted(x0, _covariance_of_parts(parts, joints))
     after = _Model.at(fitted, frequency_Hz).predicted(x, covariance)
     return JointFit(values, before, after, measured, chi2, fitted, covariance, tuple(notes))
 
 
-def _covariance_of_parts(parts: Substructures, n: int) -> Array:
-    """Covariance (n, n) of what the parts' measurements leave open, the joints given."""
-    covariance, at = np.zeros((n, n)), n - sum(len(part.synthesis.vector) for part in parts.parts)
-    for part in parts.parts:
-        size = len(part.synthesis.vector)
-        covariance[at : at + size, at : at + size] = np.linalg.inv(part.synthesis.information)
-        at += size
-    return covariance
+def _covariance_of_parts(parts: Substructures, joints: int) -> Array:
+    """Covariance (n, n) of what the parts' measurements leave open, the joints' numbers given."""
+    return np.asarray(block_diag(
+        np.zeros((joints, joints)), *(np.linalg.inv(part.synthesis.information) for part in parts.parts)
+    ))  # fmt: skip
 
 
 def _measured(parts: Substructures, file: Responses) -> tuple[Array, Array, Array]:
@@ -305,9 +302,7 @@ def _measured(parts: Substructures, file: Responses) -> tuple[Array, Array, Arra
     H, std = np.full(shape, np.nan + 0j), np.full(shape, np.inf)
     for (channel, column), one in found.items():
         response, row = one.found, channels.index(channel)
-        if len(response.frequency_Hz) != len(first.frequency_Hz) or not np.allclose(
-            response.frequency_Hz, first.frequency_Hz
-        ):
+        if not same_lines(response.frequency_Hz, first.frequency_Hz):
             raise InputError(file.path, response.place, "has other lines than the first", "export all on one axis")
         asked = rig.response_sensors[row].quantity
         change = quantity(asked).derivative - quantity(response.quantity or asked).derivative

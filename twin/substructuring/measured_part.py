@@ -17,7 +17,7 @@ from twin.rigs.substructures import MeasuredPart, SubstructuresRig
 from twin.substructuring.limits import LIMITS
 from twin.substructuring.synthesis import Synthesis, synthesise
 
-__all__ = ["measured_receptance"]
+__all__ = ["measured_receptance", "same_lines"]
 
 Measured = dict[tuple[str, str], list[tuple[float, FoundResponse]]]
 """Responses with their signs by the two points, in the order of their names."""
@@ -56,7 +56,7 @@ def measured_receptance(rig: SubstructuresRig, part: MeasuredPart, axes: Mapping
                 f"part {part.name!r} needs all pairs of {', '.join(names)}",
             )  # fmt: skip
         for _, one in both:
-            if len(one.frequency_Hz) != len(lines) or not np.allclose(one.frequency_Hz, lines):
+            if not same_lines(one.frequency_Hz, lines):
                 raise InputError(path, one.place, "has other lines than the first response", "export all on one axis")
         mean = np.mean([s * one.H / (1j * omega) ** quantity(one.quantity).derivative for s, one in both], axis=0)
         relative = np.mean([noise_of(one) for _, one in both], axis=0) / len(both)
@@ -66,6 +66,11 @@ def measured_receptance(rig: SubstructuresRig, part: MeasuredPart, axes: Mapping
         return lines, synthesise(lines, Y, np.sqrt(variance))
     except ValueError as error:
         raise InputError(path, "", str(error)) from error
+
+
+def same_lines(one: Array, other: Array) -> bool:
+    """Whether two responses have the same frequencies (f,), Hz."""
+    return len(one) == len(other) and bool(np.allclose(one, other))
 
 
 def _by_points(path: Path, axes: Mapping[str, str]) -> Measured:

@@ -16,7 +16,7 @@ from twin.rigs.substructures import Connection, SubstructuresRig
 from twin.structure import Structure, assemble
 from twin.substructuring.coupling import Coupled, couple
 from twin.substructuring.expansion import Expansion
-from twin.substructuring.measured_part import measured_receptance
+from twin.substructuring.measured_part import measured_receptance, same_lines
 from twin.substructuring.synthesis import Synthesis
 
 __all__ = ["MeasuredSubstructure", "Substructures", "gather_substructures"]
@@ -136,7 +136,7 @@ def gather_substructures(rig: SubstructuresRig, *, preload: str | None = None) -
             if name == part.name and isinstance(at, str)
         }  # fmt: skip
         frequency_Hz, synthesis = measured_receptance(rig, part, axes)
-        if lines is not None and not (len(lines) == len(frequency_Hz) and np.allclose(lines, frequency_Hz)):
+        if lines is not None and not same_lines(lines, frequency_Hz):
             raise InputError(part.responses, "", "has other lines than the other measured part", "export both alike")
         lines = frequency_Hz
         points = [

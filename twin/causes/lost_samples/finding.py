@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.level import Level
 from recordings.run import PIECE, Run, Samples
 from twin.diagnose.signals.finding import Finding
-from twin.diagnose.signals.levels import Level, smallest_step
+from twin.diagnose.signals.levels import smallest_step
 from twin.diagnose.signals.limits import LIMITS
 
 

@@ -6,11 +6,11 @@ from itertools import pairwise, product
 
 import numpy as np
 
+from recordings.level import Level
 from recordings.run import Run
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.sweeps import sweep_bands
-from twin.diagnose.signals.levels import Level
 from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.measured_data import MeasuredData
 from twin.procedures import Procedure, Random, SteppedSine

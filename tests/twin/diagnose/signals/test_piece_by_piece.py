@@ -12,10 +12,10 @@ import twin.causes.clipping.finding
 import twin.causes.lost_samples.finding
 import twin.checks.samples
 from recordings import RunWriter, SampleBlock, read_run
+from recordings.level import Level
 from recordings.limits import Limits
 from twin.checks.samples import _usual, look_at_samples
 from twin.diagnose.signals import inspect_signals, mended
-from twin.diagnose.signals.levels import Level
 from twin.identify.limits import LIMITS
 from twin.identify.sine_fit import steady_states
 
