@@ -2,65 +2,29 @@
 
 import numpy as np
 import pytest
+import tomli_w
+from drawn_frames import CLAMP, THICK, beam, drawn
 
 import twin
 
-RIG = """
-format = 2
-name = "two-drives"
-
-[[part]]
-name = "bar"
-kind = "beam"
-start = [0.0, 0.0]
-end = [0.4, 0.0]
-width = 0.03
-thickness = 0.008
-youngs_modulus = 70e9
-density = 2700.0
-elements = 20
-
-[[support]]
-part = "bar"
-at = 0.0
-fix = ["x", "y", "rz"]
-
-[damping]
-modal_ratio = [0.01]
-"""
 AT = {"root": 0.1, "tip": 0.38}
-BOTH = "".join(
-    f"""
-[[drive]]
-name = "{name}"
-part = "bar"
-at = {at}
-direction = "+y"
-
-[[sensor]]
-channel = "force-{name}"
-quantity = "force"
-part = "bar"
-at = {at}
-range = 50.0
-
-[[sensor]]
-channel = "at-{name}"
-quantity = "acceleration"
-part = "bar"
-at = {at}
-direction = "+y"
-range = 500.0
-"""
-    for name, at in AT.items()
-)
 FREQUENCIES = np.linspace(20.0, 60.0, 9)
 
 
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory):
+    clamp = {"part": "bar", "at": 0.0, "fix": CLAMP}
+    table = drawn([beam("bar", (0.0, 0.0), (0.4, 0.0), THICK)], [clamp])
+    places = {name: {"part": "bar", "at": at} for name, at in AT.items()}
+    table["drive"] = [{"name": name, "direction": "+y", **place} for name, place in places.items()]
+    table["sensor"] = [
+        sensor for name, place in places.items() for sensor in (
+            {"channel": f"force-{name}", "quantity": "force", "range": 50.0, **place},
+            {"channel": f"at-{name}", "quantity": "acceleration", "range": 500.0, "direction": "+y", **place},
+        )
+    ]  # fmt: skip
     path = tmp_path_factory.mktemp("rigs") / "two-drives.toml"
-    path.write_text(RIG + BOTH)
+    path.write_text(tomli_w.dumps(table))
     return twin.load_rig(path)
 
 
