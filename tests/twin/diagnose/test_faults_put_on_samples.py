@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import signal
+from short_campaign import record_campaign
 
 from recordings import read_run
 from twin.diagnose import diagnose
@@ -59,6 +60,12 @@ FAULTS = {
 QUICK = {"clipping"}
 
 
+@pytest.fixture
+def recordings(request, campaign, true_rig, tmp_path):
+    """A campaign; where the fault remembers what was before a step, one with the waits between steps."""
+    return record_campaign(tmp_path, true_rig, store="all") if request.param == "ac-coupling" else campaign
+
+
 def spoilt(run, name):
     """The run with the fault on one channel."""
     device = run.device_of(CHANNEL)
@@ -68,10 +75,12 @@ def spoilt(run, name):
 
 
 @pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in FAULTS]
+    ("name", "recordings"),
+    [pytest.param(name, name, marks=() if name in QUICK else pytest.mark.slow) for name in FAULTS],
+    indirect=["recordings"],
 )
-def test_a_fault_put_on_recorded_samples_is_named_alone(campaign, name):
-    runs = [spoilt(read_run(campaign / f"{run}.mcap"), name) for run in ("random", "sweeps", "heldout")]
+def test_a_fault_put_on_recorded_samples_is_named_alone(recordings, name):
+    runs = [spoilt(read_run(recordings / f"{run}.mcap"), name) for run in ("random", "sweeps", "heldout")]
     found = diagnose(runs[:2], load_rig("steel-lap-joint"), held_out=runs[2:])
     assert found.verdict == "explained"
     (cause,) = [cause for cause in found.causes if cause.in_model]
