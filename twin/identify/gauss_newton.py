@@ -93,7 +93,7 @@ def minimise(
     precision : ndarray, (n, n)
         Inverse covariance of the prior; positive on the whole diagonal, which also scales the damping.
     bounds
-        Lower and upper limits; steps are cut to stay inside.
+        Lower and upper limits; the start and all steps are cut to stay inside.
     tolerance
         Stops where an undamped step promises less than this, in units of the cost per degree of freedom, or where an
         iteration gains less though it promised more.
@@ -106,8 +106,9 @@ def minimise(
         Sethna 2012): where parameters make up for each other the valley bends, and straight steps must be tiny.  Once
         a step has failed, derivatives are computed only where the residual alone says that the cost is lower.
     """
-    x = np.array(start, float)
-    lower, upper = bounds or (np.full(len(x), -np.inf), np.full(len(x), np.inf))
+    lower, upper = bounds or (np.full(len(start), -np.inf), np.full(len(start), np.inf))
+    # Limits may have moved since the start was found, as a law's do with E'; a step is tried inside them alone.
+    x = np.clip(np.asarray(start, float), lower, upper)
     residual, J = evaluate(x)
     chi2, penalty = float(residual @ residual), float((x - mean) @ precision @ (x - mean))
     history = [chi2 + penalty]

@@ -115,6 +115,20 @@ def test_correlated_parameters_give_way_to_the_one_at_its_limit():
     assert np.max(excess) < 0.01
 
 
+def test_a_start_beyond_a_limit_begins_at_it():
+    """Else every step, cut to the limits, costs more than the start, and none is taken."""
+    A, y, mean, precision = line(5)
+    lower, upper = np.full(4, -10.0), np.full(4, 10.0)
+    best = minimise(lambda x: (y - A @ x, A), np.zeros(4), mean=mean, precision=precision, tolerance=1e-12)
+    lower[2] = best.x[2] + 0.5
+    inside, beyond = (
+        minimise(lambda x: (y - A @ x, A), start, mean=mean, precision=precision, bounds=(lower, upper), tolerance=1e-9)
+        for start in (lower, best.x)
+    )
+    assert beyond.settled
+    assert beyond.cost == pytest.approx(inside.cost, rel=1e-6)
+
+
 def test_residuals_that_are_not_finite_only_shorten_the_step():
     def evaluate(x):
         with np.errstate(invalid="ignore", divide="ignore"):
