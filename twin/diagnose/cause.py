@@ -50,10 +50,6 @@ class Parameter:
     tolerance : float
         Share of the scale that a sound rig's strength differs from `null` by, as a standard deviation: the finite
         elements, the modal damping and the sensors' calibration are themselves no better, and a long record shows it.
-    model_error : float
-        Relative error of what is found, beyond what noise makes: of the distance from `null`, or of the value itself
-        where that places an effect.  The model's mesh and modes, and for some causes its simplifications; as large as
-        blind cases on the finer bench showed it to be.
     """
 
     name: str
@@ -63,12 +59,6 @@ class Parameter:
     null: float = float("nan")
     starts: tuple[float, ...] = ()
     tolerance: float = 1e-3
-    model_error: float = 0.0
-
-    def spread(self, value: float, std: float) -> float:
-        """Standard deviation of what was found, from that of a fit."""
-        size = value if self.is_location else value - self.null
-        return float(np.hypot(std, self.model_error * size))
 
     @property
     def is_location(self) -> bool:

@@ -25,7 +25,7 @@ from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
 from twin.identify.whitening import HarmonicResiduals, Whitening
 
-__all__ = ["Tolerances", "fit_with_errors", "infer_errors", "unexplained"]
+__all__ = ["Tolerances", "fit_with_errors", "infer_errors", "unexplained", "with_spread"]
 
 GRID = (0.3, 3.0, 30.0, 300.0)
 """Errors over a sound rig's from which the likeliest are looked for."""
@@ -176,6 +176,43 @@ class _Marginal:
         return float(-0.5 * (cost + volume + sum(determinants))) - self._problem.log_prior_mass
 
 
+@dataclass(frozen=True)
+class _Beside:
+    """A fit, linearised beside what a sound rig may have of every cause.
+
+    Attributes
+    ----------
+    residual, columns : ndarray, (r,) and (r, n + k)
+        Whitened, with the sensitivities to the unknowns and the tolerances' directions.
+    step : ndarray, (n + k,)
+        From the fit and no tolerance's amount to what is most probable; nothing for an unknown that its limit holds.
+    covariance : ndarray, (n + k, n + k)
+        Of all.
+    """
+
+    problem: FitProblem
+    residual: Array
+    columns: Array
+    step: Array
+    covariance: Array
+
+
+def _beside_tolerances(problem: FitProblem, tolerances: Tolerances) -> _Beside:
+    x = problem.x0
+    problem.weigh(x)
+    r, J = problem.evaluate(x)
+    directions = tolerances.whitened(problem.blocks, problem.held)
+    count = directions.shape[1]
+    both = np.hstack([J, directions])
+    precision = block_diag(problem.precision, np.eye(count))
+    pull = both.T @ r - precision @ np.append(x - problem.mean, np.zeros(count))
+    free = np.append(not_held_back(x, pull[: len(x)], *problem.bounds), np.ones(count, bool))
+    A = both.T @ both + precision
+    step = np.zeros(len(pull))
+    step[free] = np.linalg.solve(A[np.ix_(free, free)], pull[free])
+    return _Beside(problem, r, both, step, np.linalg.inv(A))
+
+
 def unexplained(
     evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, tolerances: Tolerances
 ) -> tuple[tuple[tuple[str, slice], ...], Array]:
@@ -183,19 +220,22 @@ def unexplained(
 
     To first order: the amounts are those that are most probable, and the unknowns follow them.
     """
-    problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses)
-    x = problem.x0
-    problem.weigh(x)
-    r, J = problem.evaluate(x)
-    directions = tolerances.whitened(problem.blocks, problem.held)
-    both = np.hstack([J, directions])
-    precision = block_diag(problem.precision, np.eye(directions.shape[1]))
-    away = np.append(x - problem.mean, np.zeros(directions.shape[1]))
-    pull = both.T @ r - precision @ away
-    free = np.append(not_held_back(x, pull[: len(x)], *problem.bounds), np.ones(directions.shape[1], bool))
-    A = both.T @ both + precision
-    step = np.linalg.solve(A[np.ix_(free, free)], pull[free])
-    return problem.blocks, r - both[:, free] @ step
+    found = _beside_tolerances(FitProblem(evidence, harmonics, model.baseline, model.hypotheses), tolerances)
+    return found.problem.blocks, found.residual - found.columns @ found.step
+
+
+def with_spread(
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, tolerances: Tolerances
+) -> FittedModel:
+    """The model with its causes' standard deviations: the posterior's, integrated over all that a sound rig may have.
+
+    They are about the values that were fitted: the posterior's variance, and the square of how far its mean is away.
+    """
+    problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, errors=model.errors)
+    found = _beside_tolerances(problem, tolerances)
+    count = len(problem.x0)
+    spread = np.sqrt(np.diag(found.covariance) + found.step**2)[:count]
+    return replace(model, hypotheses=problem.hypotheses(problem.x0, spread))
 
 
 def infer_errors(problem: FitProblem, tolerances: Tolerances | None, *, free: bool = False) -> tuple[ErrorModel, float]:

@@ -81,9 +81,7 @@ def along_beam(evidence: MeasuredData, label: Mapping[str, str], count: int = 14
     return tuple(float(x) for x in np.linspace(length, length / count, count))
 
 
-def position(
-    evidence: MeasuredData, label: Mapping[str, str], count: int = 14, *, model_error: float = 2e-3
-) -> tuple[Parameter, ...]:
+def position(evidence: MeasuredData, label: Mapping[str, str], count: int = 14) -> tuple[Parameter, ...]:
     """Parameters of a place: `position_m` along the whole structure or a beam, else one for each way across a part.
 
     Parameters
@@ -95,22 +93,12 @@ def position(
     if field is None:
         length = searched_length(evidence, label)
         starts = along_beam(evidence, label, count)
-        return (
-            Parameter(
-                name="position_m", scale=length, lower=0.01 * length, upper=length, starts=starts,
-                model_error=model_error,
-            ),
-        )  # fmt: skip
+        return (Parameter(name="position_m", scale=length, lower=0.01 * length, upper=length, starts=starts),)
     found = []
     for number, extent in enumerate(map(float, field.extent), 1):
         here = max(round(count**0.5 * extent / float(np.exp(np.mean(np.log(field.extent))))), 2)
         starts = tuple(float(extent * (k + 0.5) / here) for k in range(here))
-        found.append(
-            Parameter(
-                name=f"position_{number}_m", scale=extent, lower=0.0, upper=extent, starts=starts,
-                model_error=model_error,
-            )
-        )  # fmt: skip
+        found.append(Parameter(name=f"position_{number}_m", scale=extent, lower=0.0, upper=extent, starts=starts))
     return tuple(found)
 
 

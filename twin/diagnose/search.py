@@ -10,7 +10,7 @@ import numpy as np
 from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.model_evidence import Tolerances, fit_with_errors, infer_errors
+from twin.diagnose.model_evidence import Tolerances, fit_with_errors, infer_errors, with_spread
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, log_weight, temperature
 from twin.diagnose.profile import threshold_of
@@ -61,6 +61,11 @@ class Stage:
     unknown: float
     tolerances: Tolerances
     complete: bool = True
+
+    @property
+    def best(self) -> FittedModel:
+        """The model that the next stage goes on from, or the last one."""
+        return self.rivals[0] if self.accepted else self.before
 
 
 @dataclass(frozen=True)
@@ -133,6 +138,11 @@ def search_causes(
         best = rivals[0] if accepted else before
         problem = FitProblem(evidence, harmonics, best.baseline, best.hypotheses, errors=best.errors)
         unknown = infer_errors(problem, tolerances, free=True)[1]
+        told = log_weight(evidence, best) + float(np.log(LIMITS.worth_a_line))
+        rivals = tuple(
+            with_spread(evidence, harmonics, rival, tolerances) if log_weight(evidence, rival) > told else rival
+            for rival in rivals
+        )
         stages.append(Stage(before, tuple(scores), rivals, accepted, unknown, tolerances, complete))
         if not accepted:
             break
@@ -142,6 +152,7 @@ def search_causes(
         if not model.errors.as_small_as(sound_errors(evidence)):
             again = once_more(evidence, harmonics, model, None)
             model = _likeliest((model, again))
+    model = with_spread(evidence, harmonics, model, stages[-1].tolerances)
     return Search(base, model, tuple(stages), evidence, harmonics, base_harmonics)
 
 

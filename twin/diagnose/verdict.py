@@ -70,13 +70,13 @@ def posterior_of(search: Search, sidebands: Sidebands | None = None) -> Posterio
     models = (stage.before, *_counted(evidence, stage))
     weights = [log_weight(evidence, model) for model in models]
     best = models[int(np.argmax(weights))]
-    unknown = max(weights) + (stage.unknown - best.log_evidence) / temperature(evidence) + LOG_ODDS_OF_UNKNOWN
-    if sidebands is not None:
-        unknown += sidebands.log_bayes / temperature(evidence)
+    # As the last stage has it: recordings that were reduced against a model far off need errors that are not the rig's.
+    last = [stage for stage in search.stages if stage.complete][-1]
+    more = last.unknown - last.best.log_evidence + (sidebands.log_bayes if sidebands is not None else 0.0)
+    unknown = max(weights) + more / temperature(evidence) + LOG_ODDS_OF_UNKNOWN
     *each, of_unknown = probabilities([*weights, unknown])
     order = np.argsort(each)[::-1]
-    evidences = [model.log_evidence for model in models]
-    evidences.append(stage.unknown + (sidebands.log_bayes if sidebands is not None else 0.0))
+    evidences = [*(model.log_evidence for model in models), best.log_evidence + more]
     weighed = tuple(
         Weighed(name, len(model.hypotheses), log_evidence, weight - log_evidence / temperature(evidence))
         for name, model, log_evidence, weight in zip(

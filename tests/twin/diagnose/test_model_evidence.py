@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.fitted_model import CauseHypothesis, FitProblem
-from twin.diagnose.model_evidence import Tolerances, infer_errors
+from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fitted
+from twin.diagnose.model_evidence import Tolerances, infer_errors, with_spread
 from twin.diagnose.models import CAUSES
 from twin.identify import error_model
 from twin.identify.base_fit import starting_baseline
 from twin.identify.error_model import SOUND, Discrepancy, ErrorModel, log_prior
+from twin.identify.gauss_newton import minimise
 from twin.identify.measured_data import gather_data
 from twin.identify.model_modification import ModelModification
 from twin.identify.residual_model import ResidualModel
@@ -116,6 +117,29 @@ def test_what_sound_rigs_have_of_a_cause_is_integrated_over_as_a_cause_is(drawn,
     (one, named), (two, tolerated) = infer_errors(with_it, None), infer_errors(without, tolerances)
     assert tolerated == pytest.approx(named, abs=1e-3)
     assert two.steps.stiffness == pytest.approx(one.steps.stiffness, rel=1e-2)
+
+
+def test_a_cause_is_as_uncertain_as_all_that_a_sound_rig_may_have_leaves_it(drawn, baseline):
+    """Conditioned on the data's joint density with the tolerances, for a gain whose fit never saw them."""
+    problem = with_gain(baseline, drawn(errors_of(1.0), seed=3))(SOUND)
+    problem.weigh(problem.x0)
+    r, J = problem.evaluate(problem.x0)
+    rng = np.random.default_rng(4)
+    directions = 30.0 * J[:, problem.count :] + rng.standard_normal((len(r), 3))
+    tolerances = Tolerances.of(directions, problem.blocks, problem.held)
+    solution = minimise(problem.evaluate, problem.x0, mean=problem.mean, precision=problem.precision, iterations=0)
+    found = with_spread(problem.evidence, None, fitted(problem, solution), tolerances)
+
+    white = tolerances.whitened(problem.blocks, problem.held)
+    prior = np.linalg.inv(problem.precision)
+    of_data = np.eye(len(r)) + J @ prior @ J.T + white @ white.T
+    gain = np.linalg.solve(of_data, J @ prior).T
+    mean = problem.mean + gain @ (r + J @ (problem.x0 - problem.mean))
+    variance = (prior - gain @ J @ prior)[-1, -1]
+    (_, parameter), (hypothesis,) = problem.slots[0], found.hypotheses
+    away = np.sqrt(variance + (mean - problem.x0)[-1] ** 2) * parameter.scale
+    assert hypothesis.std["factor"] == pytest.approx(away, rel=1e-3)
+    assert hypothesis.values["factor"] == 1.0
 
 
 def test_a_sweep_that_is_shifted_as_a_whole_is_no_model_error(measured, baseline):

@@ -104,6 +104,13 @@ def test_a_model_that_must_be_wrong_by_more_than_sound_rigs_is_unknown(names):
     assert not [n for n in named_causes(search(*turns), posterior_of(search(*turns)), [], "unknown") if n.in_model]
 
 
+def test_what_recordings_reduced_against_a_model_far_off_lack_is_not_unknown():
+    """The stage that chose a cause has data reduced without it; the next one has them reduced with it."""
+    rough, exact = model("a", evidence=paid(FAR)), model("a", evidence=2 * FAR)
+    assert verdict(stage(BASE, rough, unknown=paid(3 * FAR)), stage(exact, unknown=2 * FAR)) == "explained"
+    assert verdict(stage(BASE, rough, unknown=paid(FAR)), stage(exact, unknown=4 * FAR)) == "unknown"
+
+
 def test_of_two_causes_the_turn_that_chose_the_last_is_weighed():
     """What rivalled the first alone is a rival no more."""
     first, both = model("a", evidence=paid(FAR)), model("a", "b", evidence=2 * paid(FAR))

@@ -14,9 +14,7 @@ class AcCoupling(Cause):
     name = "ac-coupling"
     summary = "a channel loses its low frequencies through a high-pass nobody entered"
     labels = staticmethod(all_channels)
-    numbers = (
-        Parameter(name="corner_Hz", scale=2.0, lower=0.0, upper=50.0, null=0.0, starts=(0.2,), model_error=0.0025),
-    )
+    numbers = (Parameter(name="corner_Hz", scale=2.0, lower=0.0, upper=50.0, null=0.0, starts=(0.2,)),)
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """J omega / (j omega + omega_c)."""

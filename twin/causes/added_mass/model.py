@@ -8,7 +8,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, point_mass
 from twin.rigs import BeamPart, Place, PointMass, Rig
 
-MODEL_ERROR = 0.002
 UNLISTED = 0.05
 """Mass, kg, that a model without lumps may have too much."""
 
@@ -29,7 +28,6 @@ class AddedMass(Cause):
         if "mass" not in label:
             mass = Parameter(
                 name="mass_kg", scale=0.02, lower=-_missing(evidence.rig), upper=0.5, null=0.0, starts=(0.004,),
-                model_error=MODEL_ERROR,
             )  # fmt: skip
             return (mass, *position(evidence, label))
         listed = _listed(evidence.rig)[label["mass"]]
@@ -37,7 +35,6 @@ class AddedMass(Cause):
         return (
             Parameter(
                 name="mass_kg", scale=whole, lower=-whole, upper=whole, null=0.0, starts=(-0.3 * whole,),
-                model_error=MODEL_ERROR,
             ),
             Parameter(
                 name="position_m" if beam else "node", scale=1.0, lower=listed.at, upper=listed.at, starts=(listed.at,)

@@ -28,9 +28,9 @@ class AttachedResonator(Cause):
         # Above all that was measured a resonator is but a mass, below it a spring with a dashpot: causes of their own.
         # So is one so damped that it hardly resonates: what then follows the data is the freedom of four parameters.
         return (
-            Parameter(name="mass_kg", scale=0.02, lower=0.0, upper=0.3, null=0.0, starts=(0.003,), model_error=0.006),
-            Parameter(name="frequency_Hz", scale=high, lower=low, upper=high, starts=frequencies, model_error=0.0015),
-            Parameter(name="damping_ratio", scale=0.1, lower=1e-3, upper=0.25, starts=(0.03,), model_error=0.2),
+            Parameter(name="mass_kg", scale=0.02, lower=0.0, upper=0.3, null=0.0, starts=(0.003,)),
+            Parameter(name="frequency_Hz", scale=high, lower=low, upper=high, starts=frequencies),
+            Parameter(name="damping_ratio", scale=0.1, lower=1e-3, upper=0.25, starts=(0.03,)),
             *position(evidence, label, 8),
         )
 

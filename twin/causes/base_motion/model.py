@@ -12,11 +12,7 @@ class BaseMotion(Cause):
 
     name = "base-motion"
     summary = "the base is not at rest: it moves with the drive force"
-    numbers = (
-        Parameter(
-            name="receptance_m_per_N", scale=3e-7, lower=-1e-4, upper=1e-4, null=0.0, starts=(1e-8,), model_error=0.015
-        ),
-    )
+    numbers = (Parameter(name="receptance_m_per_N", scale=3e-7, lower=-1e-4, upper=1e-4, null=0.0, starts=(1e-8,)),)
 
     def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """One base, where the structure is held at all."""

@@ -23,9 +23,7 @@ class BeamModulus(Cause):
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """A factor; what was identified on the structure itself is known better than a data sheet's."""
         scale = IDENTIFIED if evidence.rig.natural_frequencies.offset else DATA_SHEET
-        return (
-            Parameter(name="factor", scale=scale, lower=0.3, upper=3.0, null=1.0, starts=(0.98,), model_error=0.025),
-        )
+        return (Parameter(name="factor", scale=scale, lower=0.3, upper=3.0, null=1.0, starts=(0.98,)),)
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The structure with the beam's modulus scaled."""

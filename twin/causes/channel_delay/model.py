@@ -15,9 +15,7 @@ class ChannelDelay(Cause):
     name = "channel-delay"
     summary = "a channel lags behind the others by a constant time"
     labels = staticmethod(all_channels)
-    numbers = (
-        Parameter(name="delay_s", scale=2e-4, lower=-0.01, upper=0.01, null=0.0, starts=(1e-5,), model_error=0.0015),
-    )
+    numbers = (Parameter(name="delay_s", scale=2e-4, lower=-0.01, upper=0.01, null=0.0, starts=(1e-5,)),)
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """exp(-j omega delay)."""

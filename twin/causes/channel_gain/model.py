@@ -15,9 +15,7 @@ class ChannelGain(Cause):
     name = "channel-gain"
     summary = "a channel's sensitivity is not what was entered"
     labels = staticmethod(all_channels)
-    numbers = (
-        Parameter(name="factor", scale=0.1, lower=0.01, upper=100.0, null=1.0, starts=(1.01,), model_error=0.001),
-    )
+    numbers = (Parameter(name="factor", scale=0.1, lower=0.01, upper=100.0, null=1.0, starts=(1.01,)),)
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A constant factor."""

@@ -25,7 +25,7 @@ class ClampCompliance(Cause):
         return (
             Parameter(
                 name="rotational_rad_per_Nm", scale=0.02 * unit, lower=1e-6 * unit, upper=unit, null=1e-6 * unit,
-                starts=(0.005 * unit,), model_error=0.004,
+                starts=(0.005 * unit,),
             ),
         )  # fmt: skip
 

@@ -12,9 +12,7 @@ class CrossTalk(Cause):
 
     name = "cross-talk"
     summary = "a part of one channel leaks into another"
-    numbers = (
-        Parameter(name="factor", scale=0.1, lower=-10.0, upper=10.0, null=0.0, starts=(0.003,), model_error=0.015),
-    )
+    numbers = (Parameter(name="factor", scale=0.1, lower=-10.0, upper=10.0, null=0.0, starts=(0.003,)),)
 
     def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any response channel from any other channel."""

@@ -29,9 +29,9 @@ class CubicStiffness(Cause):
         return (
             Parameter(
                 name="stiffness_N_per_m3", scale=10 * unit, lower=-200 * unit, upper=2e4 * unit, null=0.0,
-                tolerance=1e-4, starts=(unit,), model_error=0.9,
+                tolerance=1e-4, starts=(unit,),
             ),
-            *position(evidence, label, 8, model_error=0.2),
+            *position(evidence, label, 8),
         )  # fmt: skip
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:

@@ -14,9 +14,7 @@ class DriveMass(Cause):
     name = "drive-mass"
     summary = "a mass sits between the force cell and the structure"
     labels = staticmethod(shaker_labels)
-    numbers = (
-        Parameter(name="mass_kg", scale=0.03, lower=-0.05, upper=0.5, null=0.0, starts=(0.005,), model_error=0.01),
-    )
+    numbers = (Parameter(name="mass_kg", scale=0.03, lower=-0.05, upper=0.5, null=0.0, starts=(0.005,)),)
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A mass at the drive point, across the beam only."""

@@ -28,7 +28,6 @@ class DrivePosition(Cause):
                 upper=0.9 * forth,
                 null=0.0,
                 starts=(0.001,),
-                model_error=0.001,
             ),
         )
 

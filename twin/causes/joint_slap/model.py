@@ -25,10 +25,8 @@ class JointSlap(Cause):
         largest = self._largest_opening(evidence, label)
         starts = thresholds(largest, least=0.01)
         return (
-            Parameter(
-                name="stiffness_factor", scale=0.5, lower=0.0, upper=4.0, null=1.0, starts=(0.9,), model_error=0.1
-            ),
-            Parameter(name="gap_m", scale=largest, lower=0.0, upper=3 * largest, starts=starts, model_error=0.08),
+            Parameter(name="stiffness_factor", scale=0.5, lower=0.0, upper=4.0, null=1.0, starts=(0.9,)),
+            Parameter(name="gap_m", scale=largest, lower=0.0, upper=3 * largest, starts=starts),
         )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:

@@ -23,7 +23,6 @@ class JointUneven(Cause):
             null=0.0,
             starts=(0.4,),
             tolerance=0.07,
-            model_error=0.1,
         ),
     )
 

@@ -27,9 +27,9 @@ class MountingResonance(Cause):
     numbers = (
         Parameter(
             name="compliance_s2", scale=_compliance(1000.0), lower=0.0, upper=_compliance(50.0), null=0.0,
-            starts=(_compliance(3000.0),), tolerance=5e-5, model_error=0.004,
+            starts=(_compliance(3000.0),), tolerance=5e-5,
         ),
-        Parameter(name="damping_ratio", scale=0.1, lower=1e-3, upper=0.7, starts=(0.02, 0.1), model_error=0.005),
+        Parameter(name="damping_ratio", scale=0.1, lower=1e-3, upper=0.7, starts=(0.02, 0.1)),
     )  # fmt: skip
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:

@@ -20,7 +20,7 @@ class PreloadLoss(Cause):
         duration = measured_duration_s(evidence)
         return (
             Parameter(name="rate_per_s", scale=0.2 / duration, lower=-0.5 / duration, upper=0.95 / duration, null=0.0,
-                      starts=(0.02 / duration,), model_error=0.12),
+                      starts=(0.02 / duration,)),
         )  # fmt: skip
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:

@@ -33,7 +33,6 @@ class SensorPosition(Cause):
                 upper=forth,
                 null=0.0,
                 starts=(-0.001,),
-                model_error=0.001,
             ),
             Parameter(name="carried", scale=0.3, lower=0.0, upper=1.0, starts=(1.0, 0.0)),
         )

@@ -21,8 +21,8 @@ class StiffnessLoss(Cause):
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """What is left of the section's stiffness, and where it is."""
         return (
-            Parameter(name="factor", scale=0.4, lower=0.02, upper=1.0, null=1.0, starts=(0.8,), model_error=0.01),
-            *position(evidence, label, 17, model_error=6e-3),
+            Parameter(name="factor", scale=0.4, lower=0.02, upper=1.0, null=1.0, starts=(0.8,)),
+            *position(evidence, label, 17),
         )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:

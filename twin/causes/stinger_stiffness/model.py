@@ -16,11 +16,7 @@ class StingerStiffness(Cause):
     name = "stinger-stiffness"
     summary = "the stinger's side stiffness holds the structure at the drive point"
     labels = staticmethod(shaker_labels)
-    numbers = (
-        Parameter(
-            name="stiffness_N_per_m", scale=2e4, lower=0.0, upper=1e7, null=0.0, starts=(2000.0,), model_error=0.06
-        ),
-    )
+    numbers = (Parameter(name="stiffness_N_per_m", scale=2e4, lower=0.0, upper=1e7, null=0.0, starts=(2000.0,)),)
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A constant stiffness at the drive point."""

@@ -19,7 +19,7 @@ class TemperatureDrift(Cause):
         duration = measured_duration_s(evidence)
         return (
             Parameter(name="rate_per_s", scale=0.01 / duration, lower=-0.2 / duration, upper=0.2 / duration, null=0.0,
-                      starts=(0.002 / duration,), model_error=0.005),
+                      starts=(0.002 / duration,)),
         )  # fmt: skip
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:

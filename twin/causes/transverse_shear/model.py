@@ -12,11 +12,7 @@ class TransverseShear(Cause):
 
     name = "transverse-shear"
     summary = "a beam shears: its higher modes lie lower than bending alone would have them"
-    numbers = (
-        Parameter(
-            name="modulus_ratio", scale=30.0, lower=1e-3, upper=500.0, null=1e-3, starts=(10.0,), model_error=0.08
-        ),
-    )
+    numbers = (Parameter(name="modulus_ratio", scale=30.0, lower=1e-3, upper=500.0, null=1e-3, starts=(10.0,)),)
 
     def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any beam."""

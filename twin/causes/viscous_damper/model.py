@@ -18,9 +18,7 @@ class ViscousDamper(Cause):
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Damping constant and place."""
         return (
-            Parameter(
-                name="damping_Ns_per_m", scale=1.0, lower=0.0, upper=100.0, null=0.0, starts=(0.1,), model_error=0.01
-            ),
+            Parameter(name="damping_Ns_per_m", scale=1.0, lower=0.0, upper=100.0, null=0.0, starts=(0.1,)),
             *position(evidence, label),
         )
 
