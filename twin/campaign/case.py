@@ -56,31 +56,23 @@ class CasePlan:
 
 @dataclass(frozen=True, kw_only=True)
 class CaseResult:
-    """What was hidden and what was found.
-
-    Attributes
-    ----------
-    hidden
-        ``cause`` and ``parameters`` of each hidden effect.
-    found
-        The diagnosis, as the contract's ``result.json``; None where it failed.
-    followed
-        Where the first diagnosis was ambiguous: the one with a recording of the test that it proposed, of the same rig.
-    oracle_after
-        Error on the held-out sweep of a diagnosis that may name the hidden causes only; None where they have no model
-        or the diagnosis failed.
-    overloaded
-        Channels whose converter counted samples on its limit: their clipping is true, hidden or not.
-    """
+    """What was hidden and what was found."""
 
     plan: CasePlan
     rig: str
     hidden: list[dict[str, Any]]
+    """``cause`` and ``parameters`` of each hidden effect."""
     found: dict[str, Any] | None
+    """The diagnosis, as the contract's ``result.json``; None where it failed."""
     followed: dict[str, Any] | None = None
+    """Where the first diagnosis was ambiguous: the one with a recording of the test that it proposed, of the same
+    rig."""
     oracle_after: float | None = None
+    """Error on the held-out sweep of a diagnosis that may name the hidden causes only; None where they have no model or
+    the diagnosis failed."""
     aborted: list[str]
     overloaded: tuple[str, ...] = ()
+    """Channels whose converter counted samples on its limit: their clipping is true, hidden or not."""
     recording_s: float
     error: str = ""
 

@@ -22,25 +22,17 @@ PAIR_LIMIT = 10_000
 
 @dataclass(frozen=True, eq=False)
 class PartMatrices:
-    """A part by its matrices.
-
-    Attributes
-    ----------
-    M, K : sparse, (n, n)
-        Symmetric mass and stiffness; kg and N/m, for rotations kg m2 and N m/rad.
-    nodes : ndarray of int, (k,)
-        Numbers of the nodes, rising.
-    coordinates : ndarray, (k, 3)
-        Where they are, m.
-    rows : dict
-        Row of the matrices of (node, dof), dof one of `DOFS`; rows of no node are internal.
-    """
+    """A part by its matrices."""
 
     M: csr_array
     K: csr_array
+    """Symmetric mass and stiffness, (n, n); kg and N/m, for rotations kg m2 and N m/rad."""
     nodes: Integers
+    """Numbers of the nodes, rising, (k,)."""
     coordinates: Array
+    """Where they are, m, (k, 3)."""
     rows: dict[tuple[int, str], int]
+    """Row of the matrices of (node, dof), dof one of `DOFS`; rows of no node are internal."""
 
     def row(self, node: int, dof: str) -> int | None:
         """Row of a node's degree of freedom; None where it has none."""
@@ -56,22 +48,15 @@ class PartMatrices:
 
 @dataclass(frozen=True, eq=False)
 class NodePairs:
-    """Pairs of nodes that a joint or a tie connects.
-
-    Attributes
-    ----------
-    a, b : ndarray of int, (m,)
-        Node numbers on the first and on the second part.
-    area_m2 : ndarray, (m,)
-        What a pair stands for.
-    normal : ndarray, (m, 3)
-        Unit vectors from a to b.
-    """
+    """Pairs of nodes that a joint or a tie connects."""
 
     a: Integers
     b: Integers
+    """Node numbers on the first and on the second part, (m,)."""
     area_m2: Array
+    """What a pair stands for, (m,)."""
     normal: Array
+    """Unit vectors from a to b, (m, 3)."""
 
 
 def part_matrices(layout: Layout, part: MatricesPart) -> PartMatrices:

@@ -33,20 +33,14 @@ AXES = (("x_m", "y_m", "z_m"), ("x", "y", "z"))
 
 @dataclass(frozen=True, eq=False)
 class NodeTable:
-    """Nodes, and rows of the matrices where the table gives them.
-
-    Attributes
-    ----------
-    nodes : ndarray of int, (k,)
-        Rising.
-    coordinates : ndarray, (k, 3)
-    rows : dict or None
-        Row of (node, dof), dof one of `DOFS`.
-    """
+    """Nodes, and rows of the matrices where the table gives them."""
 
     nodes: Integers
+    """Rising, (k,)."""
     coordinates: Array
+    """(k, 3)."""
     rows: dict[tuple[int, str], int] | None = None
+    """Row of (node, dof), dof one of `DOFS`."""
 
 
 def read_node_table(path: Path, *, order: int) -> NodeTable:

@@ -38,22 +38,15 @@ CACHE_FOLDER, CACHE_FORMAT = ".twin-cache", 2
 
 @dataclass(frozen=True, eq=False)
 class ReducedPart:
-    """A part in r coordinates q, x = T q: the b displacements of its boundary first, then modes, then residual vectors.
-
-    Attributes
-    ----------
-    M, K : ndarray, (r, r)
-        T' M T and T' K T.
-    T : ndarray, (n, r)
-        All rows of the part, in the order of its matrices.
-    error : float
-        Largest relative error of its natural frequencies up to the highest of interest, hung free of its boundary.
-    """
+    """A part in r coordinates q, x = T q: the b displacements of its boundary, then modes, then residual vectors."""
 
     M: Matrix
     K: Matrix
+    """T' M T and T' K T, (r, r)."""
     T: Matrix
+    """All rows of the part, in the order of its matrices, (n, r)."""
     error: float
+    """Largest relative error of its natural frequencies up to the highest of interest, hung free of its boundary."""
 
 
 def craig_bampton(M: csr_array, K: csr_array, boundary: Sequence[int] | Rows, *, modes_to_Hz: float) -> ReducedPart:

@@ -22,18 +22,13 @@ TRANSLATIONS_AND_ROTATIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 @dataclass(frozen=True, eq=False)
 class MatrixCoordinates:
-    """Coordinates of a reduced part.
-
-    Attributes
-    ----------
-    first : int
-        Number of its first coordinate among all displacements of the structure.
-    """
+    """Coordinates of a reduced part."""
 
     part: MatricesPart
     matrices: PartMatrices
     reduced: ReducedPart
     first: int
+    """Number of its first coordinate among all displacements of the structure."""
 
     @property
     def size(self) -> int:

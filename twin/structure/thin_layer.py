@@ -24,28 +24,20 @@ class ThinLayerElement:
     """Strain operators of one element, weighted so that K = E' B_E' B_E + G' B_G' B_G.
 
     DOFs: (u1, v1, theta1, u2, v2, theta2) of the bottom beam's element, then of the top beam's.
-
-    Attributes
-    ----------
-    B_E : ndarray, (4, 12)
-        Rows sqrt(weight t / h) times the opening dv.
-    B_G : ndarray, (3, 12)
-        Rows sqrt(weight t / h) times the slip.
-    normal_weight, shear_weight : ndarray
-        The factors sqrt(weight t / h) themselves: a row divided by its factor is the opening or slip in metres.
-    normal_at, shear_at : ndarray
-        Where along the element each row is taken, 0..1.
-    shear_direction : ndarray of int, or None
-        Which way each row of B_G slips: 0 along the beams, 1 across them; None of plane beams, which slip along only.
     """
 
     B_E: NDArray[np.float64]
+    """Rows sqrt(weight t / h) times the opening dv, (4, 12)."""
     B_G: NDArray[np.float64]
+    """Rows sqrt(weight t / h) times the slip, (3, 12)."""
     normal_weight: NDArray[np.float64]
     shear_weight: NDArray[np.float64]
+    """The factors sqrt(weight t / h) themselves: a row divided by its factor is the opening or slip in metres."""
     normal_at: NDArray[np.float64]
     shear_at: NDArray[np.float64]
+    """Where along the element each row is taken, 0..1."""
     shear_direction: NDArray[np.int64] | None = None
+    """Which way each row of B_G slips: 0 along the beams, 1 across them; None of plane beams, which slip along only."""
 
 
 def thin_layer(

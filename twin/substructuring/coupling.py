@@ -23,23 +23,16 @@ __all__ = ["Coupled", "couple"]
 
 @dataclass(frozen=True, eq=False)
 class Coupled:
-    """What the coupled structure does.
-
-    Attributes
-    ----------
-    receptance : ndarray of complex, (f, p, p)
-        Displacement of each port for a unit force at each port.
-    forces : ndarray of complex, (f, c, p)
-        Interface forces for the same: what holds the gaps together.
-    loads : ndarray of complex, (f, p, p)
-        All that acts on the ports of the uncoupled substructures for the same, I - B' forces.  As Y is symmetric, a
-        change dY of the substructures changes the receptance by loads' dY loads, and a change dF of the joints'
-        flexibility by forces' dF forces.
-    """
+    """What the coupled structure does."""
 
     receptance: Array
+    """Displacement of each port for a unit force at each port, complex (f, p, p)."""
     forces: Array
+    """Interface forces for the same, complex (f, c, p): what holds the gaps together."""
     loads: Array
+    """All that acts on the ports of the uncoupled substructures for the same, I - B' forces, complex (f, p, p).  As Y
+    is symmetric, a change dY of the substructures changes the receptance by loads' dY loads, and a change dF of the
+    joints' flexibility by forces' dF forces."""
 
 
 def couple(Y: Array, B: Array, flexibility: Array) -> Coupled:

@@ -24,50 +24,35 @@ __all__ = ["MeasuredSubstructure", "Substructures", "gather_substructures"]
 
 @dataclass(frozen=True, eq=False)
 class MeasuredSubstructure:
-    """A measured part among the ports.
-
-    Attributes
-    ----------
-    ports : ndarray of int, (g,)
-        Which of all ports are its own.
-    points : ndarray of int, or None
-        Of a part with a model: which of these ports its points are.
-    synthesis : Synthesis
-        Of the receptances between the points.
-    """
+    """A measured part among the ports."""
 
     name: str
     ports: Array
+    """Which of all ports are its own, (g,)."""
     points: Array | None
+    """Of a part with a model: which of these ports its points are."""
     synthesis: Synthesis
+    """Of the receptances between the points."""
 
 
 @dataclass(frozen=True, eq=False)
 class Substructures:
-    """All ports of all substructures, and the gaps between them.
-
-    Attributes
-    ----------
-    basis : ModalBasis
-        Of all modelled parts, uncoupled.
-    rows : ndarray, (m, n)
-        Ports on modelled parts: drives and sensors first; then come the points of measured parts without a model.
-    gaps : ndarray, (c, p)
-        B of :func:`~twin.substructuring.coupling.couple`; viscous dampers of modelled parts are gaps to the ground.
-    joints : tuple of (Connection, str)
-        Connection and motion of each gap; the others are dampers.
-    parts : tuple of MeasuredSubstructure
-    frequency_Hz : ndarray, (f,)
-        Lines of the measured parts.
-    """
+    """All ports of all substructures, and the gaps between them."""
 
     rig: SubstructuresRig
     basis: ModalBasis
+    """Of all modelled parts, uncoupled."""
     rows: Array
+    """Ports on modelled parts, (m, n): drives and sensors first; then come the points of measured parts without a
+    model."""
     gaps: Array
+    """B of :func:`~twin.substructuring.coupling.couple`, (c, p); viscous dampers of modelled parts are gaps to the
+    ground."""
     joints: tuple[tuple[Connection, str], ...]
+    """Connection and motion of each gap; the others are dampers."""
     parts: tuple[MeasuredSubstructure, ...]
     frequency_Hz: Array
+    """Lines of the measured parts, (f,)."""
 
     def with_vectors(self, vectors: Sequence[Array]) -> Substructures:
         """The same with other parameters of the measured parts."""

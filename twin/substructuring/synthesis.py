@@ -29,29 +29,20 @@ __all__ = ["Synthesis", "synthesise"]
 
 @dataclass(frozen=True, eq=False)
 class Synthesis:
-    """A part's receptances between its p points at any frequency of its band.
-
-    Attributes
-    ----------
-    vector : ndarray, (n,)
-        Its parameters, see :attr:`blocks`.
-    modes, rigid, points : int
-        Numbers m of poles, k of motions below all lines, p of points.
-    band : tuple of float
-        First and last line w0 and w1, rad/s.
-    information : ndarray, (n, n)
-        Inverse of the parameters' covariance.
-    chi2_per_dof : float
-        Of the measured responses about it; where above one the covariance is widened by it.
-    """
+    """A part's receptances between its p points at any frequency of its band."""
 
     vector: Array
+    """Its parameters, see :attr:`blocks`, (n,)."""
     modes: int
     rigid: int
     points: int
+    """Numbers m of poles, k of motions below all lines, p of points."""
     band: tuple[float, float]
+    """First and last line w0 and w1, rad/s."""
     information: Array
+    """Inverse of the parameters' covariance, (n, n)."""
     chi2_per_dof: float = 0.0
+    """Of the measured responses about it; where above one the covariance is widened by it."""
 
     @cached_property
     def blocks(self) -> Blocks:

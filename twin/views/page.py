@@ -41,23 +41,16 @@ class Section:
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """A report.
-
-    Attributes
-    ----------
-    answer : str
-        In one sentence; it comes first.
-    facts : str
-        One line beneath it.
-    accent : str
-        Colour of the bar beside the answer.
-    """
+    """A report."""
 
     title: str
     answer: str
+    """In one sentence; it comes first."""
     facts: str
+    """One line beneath it."""
     sections: Sequence[Section]
     accent: str = AFTER
+    """Colour of the bar beside the answer."""
 
     def beginning(self, title: str, items: Sequence[str]) -> "Page":
         """The page with a list before all its sections, if there is anything in it."""

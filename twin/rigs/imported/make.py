@@ -22,24 +22,17 @@ from twin.rigs.store import parse_rig
 
 @dataclass(frozen=True)
 class ImportRequest:
-    """What was asked for.
-
-    Attributes
-    ----------
-    units
-        One of `UNITS`; guessed if None.
-    drive
-        ``PLACE:+y``; a soft place if None.
-    sensors, supports
-        ``NAME=PLACE:+y`` or ``PLACE:+y``, and ``PLACE`` or ``PLACE:x,y``.
-    """
+    """What was asked for."""
 
     parts: tuple[PartFiles, ...]
     out: Path
     units: str | None = None
+    """One of `UNITS`; guessed if None."""
     drive: str | None = None
+    """``PLACE:+y``; a soft place if None."""
     sensors: tuple[str, ...] = ()
     supports: tuple[str, ...] = ()
+    """``NAME=PLACE:+y`` or ``PLACE:+y``, and ``PLACE`` or ``PLACE:x,y``."""
     modes_to_Hz: float = 2000.0
 
 

@@ -34,13 +34,7 @@ class FoundJoint:
 
 @dataclass(frozen=True, eq=False)
 class RigContents:
-    """All that the file says.
-
-    Attributes
-    ----------
-    files : dict
-        Of each part its mass, stiffness and nodes, of each joint its pairs, by (name, kind).
-    """
+    """All that the file says."""
 
     name: str
     parts: Sequence[ImportedPart]
@@ -51,6 +45,7 @@ class RigContents:
     sensors: Sequence[tuple[str, NodePlace, str]]
     modes_to_Hz: float
     files: dict[tuple[str, str], str]
+    """Of each part its mass, stiffness and nodes, of each joint its pairs, by (name, kind)."""
 
 
 def rig_text(rig: RigContents) -> str:

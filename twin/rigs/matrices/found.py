@@ -26,22 +26,15 @@ NODE_LIMIT = 10**15
 
 @dataclass(frozen=True, eq=False)
 class FoundMatrix:
-    """A matrix, and whose its rows are if its format knows.
-
-    Attributes
-    ----------
-    matrix : sparse, (n, n)
-        Both halves, in the file's units.
-    labels : ndarray of int, (n,), or None
-        Node times `found_components` plus component of every row, rising; components 1 to 6 are x, y, z, rx, ry, rz,
-        any other is internal.
-    held : ndarray of int
-        Rows that the program holds at rest; their entries are zero.
-    """
+    """A matrix, and whose its rows are if its format knows."""
 
     matrix: csr_array
+    """Both halves, in the file's units, (n, n)."""
     labels: Integers | None = None
+    """Node times `found_components` plus component of every row, rising, (n,); components 1 to 6 are x, y, z, rx, ry,
+    rz, any other is internal."""
     held: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
+    """Rows that the program holds at rest; their entries are zero."""
 
     def among(self, labels: Integers) -> FoundMatrix:
         """The same matrix between the rows of these labels, which are its own and others."""
