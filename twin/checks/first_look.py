@@ -54,13 +54,7 @@ class FirstLook:
         return tuple(finding.line for finding in self.findings)
 
     def passed(self) -> "FirstLook":
-        """Itself, where nothing stops.
-
-        Raises
-        ------
-        InputError
-            For the first finding that stops.
-        """
+        """Itself, where nothing stops; InputError for the first finding that stops."""
         if self.stopped:
             raise self.findings[0].refusal()
         return self

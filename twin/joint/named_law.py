@@ -100,10 +100,7 @@ class NamedLaw:
     def values(self, given: Mapping[str, Any]) -> dict[str, Value]:
         """All parameters in order, those left out at their defaults.
 
-        Raises
-        ------
-        pydantic.ValidationError
-            If one is missing, unknown or out of its bounds.
+        A pydantic.ValidationError if one is missing, unknown or out of its bounds.
         """
         fields: dict[str, Any] = {parameter.name: parameter.field for parameter in self.parameters}
         model: type[BaseModel] = create_model(self.name, __config__=ConfigDict(extra="forbid"), **fields)

@@ -32,10 +32,7 @@ def kind_of(name_or_path: str | Path) -> type[BeamRig] | type[ModalRig] | None:
 def load_any_rig(name_or_path: str | Path) -> AnyRig:
     """A shipped rig by name, or a rig file, of any kind.
 
-    Raises
-    ------
-    InputError
-        If there is no such rig or file, or it does not describe a rig.
+    InputError if there is no such rig or file, or it does not describe a rig.
     """
     path = shipped_or_file(name_or_path, FILES, "rig")
     kind = kind_of(path)

@@ -173,11 +173,7 @@ class Place:
         """Whether a recording's direction points against this one.
 
         Recordings of programs that know +y and -y alone say -y of what measures against the sum of the axes.
-
-        Raises
-        ------
-        ValueError
-            If the two lie across each other.
+        ValueError if the two lie across each other.
         """
         along = cosine(recorded, self.direction)
         if abs(along) > LIMITS.layout_across:
@@ -272,13 +268,7 @@ class Layout:
         return sum(stretch.length for stretch in self.stretches)
 
     def place(self, position_m: float) -> Place:
-        """The place so many metres along the stretches, across its beam.
-
-        Raises
-        ------
-        ValueError
-            If it lies beyond their ends.
-        """
+        """The place so many metres along the stretches, across its beam; ValueError if it lies beyond their ends."""
         left = position_m
         for stretch in self.stretches:
             if left <= stretch.length + LIMITS.layout_rounded_m and left >= -LIMITS.layout_rounded_m:

@@ -69,11 +69,7 @@ def read_part_matrices(mass: Path, stiffness: Path, nodes: Path) -> PartMatrices
     """Read a part's matrices, in a format of :mod:`twin.rigs.matrices`, and the table of its nodes.
 
     Where a format names node and degree of freedom of every row, the table need give the nodes' places only.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, is too large, or is not what a mass, a stiffness or a table of nodes can be.
+    InputError if a file cannot be read, is too large, or is not what a mass, a stiffness or a table of nodes can be.
     """
     M, K = read_matrix_pair(mass, stiffness)
     own_mass, own_stiffness = M.matrix.diagonal(), K.matrix.diagonal()
@@ -94,10 +90,7 @@ def read_part_matrices(mass: Path, stiffness: Path, nodes: Path) -> PartMatrices
 def read_matrix_pair(mass: Path, stiffness: Path) -> tuple[FoundMatrix, FoundMatrix]:
     """A part's mass and stiffness over the same rows, with those that are held at rest in both.
 
-    Raises
-    ------
-    InputError
-        As :func:`read_part_matrices`.
+    InputError as :func:`read_part_matrices`.
     """
     M, K = read_matrix(mass, "mass"), read_matrix(stiffness, "stiffness")
     if M.labels is not None and K.labels is not None:
@@ -146,10 +139,7 @@ def _scaled(matrix: csr_array, factor: Array) -> csr_array:
 def read_pairs(path: Path) -> NodePairs:
     """Read pairs of nodes: columns node_a, node_b, area_m2, nx, ny, nz; others are ignored.
 
-    Raises
-    ------
-    InputError
-        With line and column, if the file cannot be read or a value is missing or impossible.
+    InputError with line and column, if the file cannot be read or a value is missing or impossible.
     """
     table = Columns(path, "node_a", "node_b", "area_m2", "nx", "ny", "nz", most_rows=PAIR_LIMIT)
     a, b, area = table.integers("node_a"), table.integers("node_b"), table.numbers("area_m2", above=0)

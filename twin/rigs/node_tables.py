@@ -46,10 +46,7 @@ class NodeTable:
 def read_node_table(path: Path, *, order: int) -> NodeTable:
     """Read a table of nodes, in any format, for matrices of an order.
 
-    Raises
-    ------
-    InputError
-        With the place, if the file cannot be read or a value is missing or impossible.
+    InputError with the place, if the file cannot be read or a value is missing or impossible.
     """
     path = Path(path)
     reader = LISTS.get(path.suffix.lower())

@@ -107,13 +107,7 @@ class _Kind(Question):
 
 
 def load_substructures(path: str | Path) -> SubstructuresRig:
-    """A rig file of substructures.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it does not describe one.
-    """
+    """A rig file of substructures; InputError if there is no such file, or it does not describe one."""
     file = shipped_or_file(path, FILES, "rig")
     if read_toml(file, _Kind).kind != "substructures":
         remedy = 'one with kind = "substructures" has a [[measured_part]] and a [[connection]]'

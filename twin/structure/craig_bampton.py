@@ -85,12 +85,7 @@ def cached_craig_bampton(
 ) -> ReducedPart:
     """As :func:`craig_bampton`, kept in the folder ``.twin-cache`` of `folder` for the next time; None keeps nothing.
 
-    A cache that cannot be read or written, or is damaged, is as good as none.
-
-    Raises
-    ------
-    ValueError
-        As :func:`craig_bampton`.
+    A cache that cannot be read or written, or is damaged, is as good as none.  ValueError as :func:`craig_bampton`.
     """
     if folder is None:
         return craig_bampton(part.M, part.K, boundary, modes_to_Hz=modes_to_Hz)

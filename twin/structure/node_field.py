@@ -70,13 +70,7 @@ class NodeField:
         return int(self.nodes[np.argmin(np.linalg.norm(self.coordinates - position_m, axis=1))])
 
     def position(self, node: int) -> Array:
-        """Coordinates (d,) of a node.
-
-        Raises
-        ------
-        ValueError
-            If the field has no such node.
-        """
+        """Coordinates (d,) of a node; ValueError if the field has no such node."""
         found = np.flatnonzero(self.nodes == node)
         if not len(found):
             raise ValueError(f"there is no node {node}")

@@ -138,10 +138,7 @@ class Structure:
     def row(self, place: Place) -> Matrix:
         """Row c (n,) with c x what is read at a place: the displacement in its direction, or the strain of its surface.
 
-        Raises
-        ------
-        ValueError
-            If the place is not on the structure.
+        ValueError if the place is not on the structure.
         """
         if place.reads == "strain":
             return self.strain(place)
@@ -161,10 +158,7 @@ class Structure:
     def motion(self, place: Place, dof: str) -> Matrix:
         """Row of one motion at a place: along an axis, or a rotation about one.
 
-        Raises
-        ------
-        ValueError
-            If the place does not move so, or has no rotation that is known: of beams, plane ones have.
+        ValueError if the place does not move so, or has no rotation that is known: of beams, plane ones have.
         """
         if dof in AXES:
             return self._translation(place, AXES[dof])

@@ -75,10 +75,7 @@ class Substructures:
     def coupled(self, omega: Array, Y: Array, expansions: Sequence[Expansion], flexibility: Array) -> Coupled:
         """All coupled by joints of this flexibility (f, j); Y and the expansions as of :meth:`uncoupled`.
 
-        Raises
-        ------
-        InputError
-            If the interface is singular.
+        InputError if the interface is singular.
         """
         whole = Y.copy()
         for part, expansion in zip(self.parts, expansions, strict=True):

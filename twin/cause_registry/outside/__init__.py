@@ -55,13 +55,7 @@ _loaded: dict[str, tuple[OutsideCause, ...]] = {}
 
 
 def outside_causes() -> tuple[OutsideCause, ...]:
-    """All of them, those of files first.
-
-    Raises
-    ------
-    InputError
-        If one cannot be imported, or is no cause.
-    """
+    """All of them, those of files first; InputError if one cannot be imported, or is no cause."""
     _search_there()
     key = os.environ.get(VARIABLE, "")
     if key not in _loaded:

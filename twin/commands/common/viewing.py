@@ -57,10 +57,7 @@ class WatchOptions:
     def check(self, *, overwrite: bool) -> None:
         """Find out what can be wrong, before anything moves; `overwrite` is whether the file may be replaced.
 
-        Raises
-        ------
-        InputError
-            If there is no display, no viewer at the address, no such folder for the file, or a file already.
+        InputError if there is no display, no viewer at the address, no such folder for the file, or a file already.
         """
         if not self.wanted:
             return

@@ -48,10 +48,7 @@ class Imported:
 def imported_rig(request: ImportRequest, *, overwrite: bool = False) -> Imported:
     """Write a rig file of format 2 and, beside it, its parts' matrices and tables in SI units; all of them or none.
 
-    Raises
-    ------
-    InputError
-        If something cannot be read or written, a place does not exist, or the rig would not be one.
+    InputError if something cannot be read or written, a place does not exist, or the rig would not be one.
     """
     if request.out.suffix.lower() != ".toml":
         raise InputError(request.out, "", "a rig file ends in .toml", f"name it {request.out.stem or 'rig'}.toml")

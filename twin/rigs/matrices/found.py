@@ -56,10 +56,7 @@ def check_shape(path: Path, shape: Sequence[int]) -> None:
 def from_entries(path: Path, row: Integers, column: Integers, value: Array, order: int) -> csr_array:
     """The whole symmetric matrix from entries of it, or of one triangle of it in any order of the rows.
 
-    Raises
-    ------
-    InputError
-        If the order is not allowed, an entry lies outside or stands twice.
+    InputError if the order is not allowed, an entry lies outside or stands twice.
     """
     check_shape(path, (order, order))
     if np.any(outside := (row < 0) | (row >= order) | (column < 0) | (column >= order)):
@@ -90,10 +87,7 @@ def labels_of(nodes: Integers, components: Integers) -> Integers:
 def name_for(path: Path, names: Iterable[str], role: Role) -> str:
     """Of the matrices of a file the only one, or the only one that is named like a mass (M...) or a stiffness (K...).
 
-    Raises
-    ------
-    InputError
-        If there is none, or the names leave a choice.
+    InputError if there is none, or the names leave a choice.
     """
     names = list(dict.fromkeys(names))
     if len(names) == 1:

@@ -29,13 +29,7 @@ KINDS = (("before", "dashed", 1.5), ("after", "line", 2.0), ("measured", "point"
 
 
 def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
-    """Write `diagnosis` as an .rrd that opens arranged.
-
-    Raises
-    ------
-    InputError
-        If `path` cannot be written.
-    """
+    """Write `diagnosis` as an .rrd that opens arranged; InputError if `path` cannot be written."""
     evidence = diagnosis.evidence
     fitted = list(compared_models(diagnosis).values())[-1]
     with recording_file(path) as recording:

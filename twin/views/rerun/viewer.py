@@ -49,10 +49,7 @@ def find_viewer() -> str | None:
 def viewer_url(address: str) -> str:
     """The URL of a running viewer from ``HOST:PORT`` or the URL itself.
 
-    Raises
-    ------
-    InputError
-        If it is no address, or nobody listens there.
+    InputError if it is no address, or nobody listens there.
     """
     found = _ADDRESS.fullmatch(address)
     if found is None or not 0 < int(found[2]) < 65536:
