@@ -1,10 +1,6 @@
 """A beam so thick or so soft in shear that Euler and Bernoulli do not hold."""
 
-from collections.abc import Mapping, Sequence
-
-from twin.diagnose.cause import Cause, Parameter, Values
-from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification
+from twin.diagnose.cause import Cause, Label, Labels, MeasuredData, ModelModification, Parameter, Values
 
 
 class TransverseShear(Cause):
@@ -18,10 +14,10 @@ class TransverseShear(Cause):
         ),
     )
 
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Labels:
         """Any beam."""
         return tuple({"beam": beam.name} for beam in evidence.rig.layout().beams)
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """The structure with one beam of Timoshenko elements."""
         return ModelModification(beam_shear_ratio={label["beam"]: values["modulus_ratio"]})
