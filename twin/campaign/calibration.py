@@ -8,8 +8,7 @@ score), beside a wide prior about those that are in use; and what clean rigs nee
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
@@ -69,10 +68,6 @@ class RuleCalibration:
     learnt_judged: Judgement
     model_error: tuple[float, float] | None
     """Median error of the steps' stiffness that clean rigs needed, and its spread as a factor; None without two."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)

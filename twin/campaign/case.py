@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 import zlib
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -180,33 +180,19 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
         folder = keep or temporary
         folder.mkdir(parents=True, exist_ok=True)
         started = time.perf_counter()
-        hidden: list[dict[str, Any]] = []
-        aborted: list[str] = []
-        overloaded: tuple[str, ...] = ()
-        found = followed = oracle_after = None
-        recording_s, error = 0.0, ""
+        result = CaseResult(plan=plan, rig=rig.name, hidden=[], found=None, aborted=[], recording_s=0.0)
         try:
             case, aborted = record_case(plan, rig, folder)
-            recording_s = time.perf_counter() - started
-            overloaded = _overloaded(plan, folder)
+            result = replace(result, aborted=aborted, recording_s=time.perf_counter() - started)
             hidden = [{"cause": effect.cause, "parameters": dict(effect.parameters)} for effect in case.effects]
+            result = replace(result, overloaded=_overloaded(plan, folder), hidden=hidden)
             found = _diagnosed(plan, folder, rig, list(CAUSES), out=folder)
-            followed = _followed(plan, case, found, folder, rig)
-            oracle_after = _oracle(plan, found, folder, rig)
+            result = replace(result, found=found)
+            result = replace(result, followed=_followed(plan, case, found, folder, rig))
+            result = replace(result, oracle_after=_oracle(plan, found, folder, rig))
         except Exception as problem:
-            error = f"{type(problem).__name__}: {problem}"
-    return CaseResult(
-        plan=plan,
-        rig=rig.name,
-        hidden=hidden,
-        found=found,
-        followed=followed,
-        oracle_after=oracle_after,
-        aborted=aborted,
-        overloaded=overloaded,
-        recording_s=recording_s,
-        error=error,
-    )
+            result = replace(result, error=f"{type(problem).__name__}: {problem}")
+    return result
 
 
 def _overloaded(plan: CasePlan, folder: Path) -> tuple[str, ...]:

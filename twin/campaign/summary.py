@@ -2,9 +2,8 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from scipy.stats import binomtest
@@ -72,10 +71,6 @@ class CampaignSummary:
     smallest: dict[str, float | None]
     """For each cause, the smallest strength at and above which it is found in nine of ten cases; None where it is not
     even at the largest."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
 
 
 def summarise(results: Sequence[CaseResult]) -> CampaignSummary:

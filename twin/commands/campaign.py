@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -118,9 +119,9 @@ def command(
     summary = summarise(results)
     by_rig = {rig.name: summarise([r for r in results if r.rig == rig.name]) for rig in rigs}
     calibration = _calibration(results) if calibrated else None
-    data = summary.to_dict() | {"by_rig": {name: list(one.to_dict()["rows"]) for name, one in by_rig.items()}}
+    data = asdict(summary) | {"by_rig": {name: [asdict(row) for row in one.rows] for name, one in by_rig.items()}}
     if calibration is not None:
-        data["rule"] = calibration.to_dict()
+        data["rule"] = asdict(calibration)
     with staged_folder(out, results=(SUMMARY, CONFUSION, DETECTION), overwrite=True) as folder:
         write_json(data, folder / SUMMARY)
         confusion_figure(summary).savefig(folder / CONFUSION, dpi=110, facecolor="white")

@@ -44,33 +44,18 @@ def thin_layer(
     *, length: float, height: float, width: float, bottom_thickness: float, top_thickness: float
 ) -> ThinLayerElement:
     """Build one element; all lengths in metres."""
-    v, du = [1, 2, 4, 5], [0, 3]
-    normal_rows, normal_weights = [], []
-    for xi, weight in zip(*gauss(LIMITS.normal_points), strict=True):
-        factor = np.sqrt(weight * length * width / height)
-        row = np.zeros(12)
-        row[v] = -deflection_shape(xi, length)
-        row[[6 + i for i in v]] = deflection_shape(xi, length)
-        normal_rows.append(factor * row)
-        normal_weights.append(factor)
-    shear_rows, shear_weights = [], []
-    for xi, weight in zip(*gauss(LIMITS.shear_points), strict=True):
-        factor = np.sqrt(weight * length * width / height)
-        row = np.zeros(12)
-        row[du] = [-(1 - xi), -xi]
-        row[[6 + i for i in du]] = [1 - xi, xi]
-        row[v] = bottom_thickness / 2 * slope_shape(xi, length)
-        row[[6 + i for i in v]] = top_thickness / 2 * slope_shape(xi, length)
-        shear_rows.append(factor * row)
-        shear_weights.append(factor)
-    return ThinLayerElement(
-        np.array(normal_rows),
-        np.array(shear_rows),
-        np.array(normal_weights),
-        np.array(shear_weights),
-        gauss(LIMITS.normal_points)[0],
-        gauss(LIMITS.shear_points)[0],
-    )
+    bottom_u, bottom_v = np.array([0, 3]), np.array([1, 2, 4, 5])
+    (normal_at, normal), (shear_at, shear) = gauss(LIMITS.normal_points), gauss(LIMITS.shear_points)
+    normal_weight, shear_weight = (np.sqrt(weight * length * width / height) for weight in (normal, shear))
+    opening, slip = np.zeros((len(normal), 12)), np.zeros((len(shear), 12))
+    for row, xi in zip(opening, normal_at, strict=True):
+        row[bottom_v], row[6 + bottom_v] = -deflection_shape(xi, length), deflection_shape(xi, length)
+    for row, xi in zip(slip, shear_at, strict=True):
+        row[bottom_u], row[6 + bottom_u] = [-(1 - xi), -xi], [1 - xi, xi]
+        row[bottom_v] = bottom_thickness / 2 * slope_shape(xi, length)
+        row[6 + bottom_v] = top_thickness / 2 * slope_shape(xi, length)
+    opening, slip = normal_weight[:, None] * opening, shear_weight[:, None] * slip
+    return ThinLayerElement(opening, slip, normal_weight, shear_weight, normal_at, shear_at)
 
 
 def space_thin_layer(
