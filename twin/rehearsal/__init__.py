@@ -1,7 +1,6 @@
 """Rehearsals: a procedure run on the twin, judged, improved and run again."""
 
 from twin.rehearsal.branches import predicted_branches
-from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.nominal import NominalRig
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 from twin.rehearsal.rehearse import Rehearsed, judge, open_twin, rehearse, rehearse_until_clear
