@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.staging import staged_folder
 from twin.commands.common.options import FILE, FiniteRange, causes_option, json_option, laws_option
 from twin.commands.common.output import console, print_json, print_tables, progress_bar, say, stage, write_json
@@ -92,10 +92,8 @@ def command(
         fitting = fitting_causes(rig, causes or known)
         if left := [cause for cause in causes or known if cause not in fitting]:
             say(f"{rig.name} cannot have: {', '.join(left)}")
-        try:
+        with blamed_on("--pairs", "", "give more than one --cause, or none at all"):
             plans = planned_cases(causes=fitting, seeds=seeds_used, strengths=strengths, pairs=pairs, modes=modes)
-        except ValueError as error:
-            raise InputError("--pairs", "", str(error), "give more than one --cause, or none at all") from error
         planned.append((rig, out if len(rigs) == 1 else out / re.sub(r"[^\w.-]", "-", rig.name), plans))
     with progress_bar() as progress:
         count = sum(len(plans) for _, _, plans in planned)

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from twin.rigs import Layout, MatricesPart, Rig
 from twin.rigs.matrix_files import NodePairs, PartMatrices, part_matrices, read_pairs
 from twin.structure.craig_bampton import ReducedPart, cached_craig_bampton
@@ -128,12 +128,10 @@ def reduced_parts(layout: Layout, rig: Rig, *, first: int) -> tuple[MatrixCoordi
             row for node in nodes for name in TRANSLATIONS_AND_ROTATIONS
             if (row := matrices.row(node, name)) is not None
         ]  # fmt: skip
-        try:
+        with blamed_on(layout.file(part.stiffness, part.name), f"part {part.name!r}"):
             reduced = cached_craig_bampton(
                 matrices, np.array(rows, np.int64), modes_to_Hz=part.modes_to_Hz, folder=layout.folder
             )
-        except ValueError as error:
-            raise InputError(layout.file(part.stiffness, part.name), f"part {part.name!r}", str(error)) from error
         found.append(MatrixCoordinates(part, matrices, reduced, first))
         first += found[-1].size
     return tuple(found)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from recordings.directions import AXES
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from twin.arrays import Array
 from twin.identify.receptance import ModalBasis, lowest_modes_basis
 from twin.rigs import BeamPart, Place
@@ -81,10 +81,8 @@ class Substructures:
         for part, expansion in zip(self.parts, expansions, strict=True):
             whole[:, part.ports[:, None], part.ports] = expansion.receptance(part.synthesis.receptance(omega))
         dampers = np.repeat(1 / (1j * omega[:, None]), len(self.gaps) - len(self.joints), axis=1)
-        try:
+        with blamed_on(self.rig.name, "connection", "leave one of the connections out"):
             return couple(whole, self.gaps, np.hstack([flexibility, dampers]))
-        except ValueError as error:
-            raise InputError(self.rig.name, "connection", str(error), "leave one of the connections out") from error
 
 
 def gather_substructures(rig: SubstructuresRig, *, preload: str | None = None) -> Substructures:
@@ -173,10 +171,8 @@ class _Ports:
 def _motion(
     rig: SubstructuresRig, structure: Structure, connection: Connection, name: str, at: float, dof: str
 ) -> Array:
-    try:
+    with blamed_on(rig.name, f"connection {connection.name!r}"):
         return structure.motion(Place(name, at, AXES["y"]), dof)
-    except ValueError as error:
-        raise InputError(rig.name, f"connection {connection.name!r}", str(error)) from error
 
 
 def _axis(structure: Structure, name: str) -> str:

@@ -1,6 +1,6 @@
 """Numbers behind the pictures: receptances of steps, laws with their uncertainty, broadband responses."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
@@ -9,6 +9,7 @@ import numpy as np
 from recordings.quantities import is_motion, is_response
 from recordings.run import Run
 from twin.arrays import Array
+from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.baseline_parameters import BaselineParameters
@@ -130,15 +131,7 @@ class LawBand:
         return [(low, high) for low, high in ends if low < high]
 
 
-class Swept(Protocol):
-    """A sweep, of whatever kind."""
-
-    @property
-    def frequency_Hz(self) -> Array:
-        """Of its steps."""
-
-
-AnySweep = TypeVar("AnySweep", bound=Swept)
+AnySweep = TypeVar("AnySweep", SteppedSweep, SweepComparison)
 
 
 class Fitted(Protocol):
@@ -178,6 +171,11 @@ def law_bands(evidence: MeasuredData, model: Fitted, *, points: int = 120) -> tu
                 LawBand(quantity=quantity, joint=name, amplitude_m=x, value=value, std=std, reach_m=reach)
             )  # fmt: skip
     return tuple(bands)
+
+
+def laws_by_kind(evidence: MeasuredData, models: Mapping[str, Fitted]) -> dict[str, tuple[LawBand, ...]]:
+    """The laws of those models that have any."""
+    return {kind: bands for kind, model in models.items() if (bands := law_bands(evidence, model))}
 
 
 def joint_name(evidence: MeasuredData, joint: int) -> str:
@@ -252,7 +250,7 @@ def law_in_lowest_mode(evidence: MeasuredData, model: Fitted, *, points: int = 6
     )
 
 
-def about_each_resonance(sweeps: Sequence[Swept]) -> list[list[int]]:
+def about_each_resonance(sweeps: Sequence[SteppedSweep | SweepComparison]) -> list[list[int]]:
     """Places of the sweeps about each resonance, from the lowest resonance to the highest."""
     middle = np.array([np.median(sweep.frequency_Hz) for sweep in sweeps])
     return [group.tolist() for group in by_resonance(middle)]

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import save_npz
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.whole import check_writable, whole_file
 from twin.rigs.imported.facing import facing_pairs
 from twin.rigs.imported.part import ImportedPart, PartFiles, read_part
@@ -96,12 +96,8 @@ def _joints(parts: Sequence[ImportedPart], warnings: list[str]) -> list[FoundJoi
     """A joint wherever two parts have facing nodes; a part that has none is told."""
     found = []
     for a, b in combinations(parts, 2):
-        try:
+        with blamed_on(b.files.nodes or b.files.stiffness, "", "join them in the file by hand"):
             pairs = facing_pairs(a, b)
-        except ValueError as error:
-            raise InputError(
-                b.files.nodes or b.files.stiffness, "", str(error), "join them in the file by hand"
-            ) from error
         if pairs is not None:
             found.append(FoundJoint(f"{a.name}-{b.name}", a, b, pairs))
     joined = {part.name for joint in found for part in (joint.a, joint.b)}
