@@ -52,6 +52,10 @@ class ReducedPart:
 def craig_bampton(M: csr_array, K: csr_array, boundary: Sequence[int] | Rows, *, modes_to_Hz: float) -> ReducedPart:
     """Reduce a part, held or floating, to its boundary and its fixed-interface modes.
 
+    ValueError if a row is not one of the matrices', the frequency is not above zero, the stiffness is singular beyond
+    rigid motions or not positive semidefinite, more than `LIMITS.modes_limit` modes would have to be kept, or the
+    natural frequencies of the whole part are not met.
+
     Parameters
     ----------
     M, K : sparse, (n, n)
@@ -60,13 +64,6 @@ def craig_bampton(M: csr_array, K: csr_array, boundary: Sequence[int] | Rows, *,
         Rows of the degrees of freedom that stay as they are, each once; none at all gives the part's own modes.
     modes_to_Hz
         Up to which frequency the reduced part must behave like the whole one.
-
-    Raises
-    ------
-    ValueError
-        If a row is not one of the matrices', the frequency is not above zero, the stiffness is singular beyond rigid
-        motions or not positive semidefinite, more than `LIMITS.modes_limit` modes would have to be kept, or the natural
-        frequencies of the whole part are not met.
     """
     M, K, rows = csr_array(M, dtype=float), csr_array(K, dtype=float), _rows(boundary, M.shape[0])
     for kept_to in (KEPT_TO, 2 * KEPT_TO):

@@ -99,17 +99,14 @@ def node_pairs(layout: Layout, name: str, *, where: str, parts: Sequence[PartMat
 def reduced_parts(layout: Layout, rig: Rig, *, first: int) -> tuple[MatrixCoordinates, ...]:
     """The layout's parts given by matrices, reduced to what is attached to them and to their lowest modes.
 
+    InputError if a file cannot be read or does not fit.
+
     Parameters
     ----------
     rig
         Whose shaker and sensors are attached.
     first
         Number of the first coordinate.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read or does not fit.
     """
     found: list[MatrixCoordinates] = []
     read = {part.name: part_matrices(layout, part) for part in layout.parts if isinstance(part, MatricesPart)}

@@ -183,6 +183,8 @@ def mode_functions(
 ) -> ModeFunctions:
     """What a law of the points is to one mode.
 
+    ValueError if at some amplitude the structure has no mode near the linear one of this number.
+
     Parameters
     ----------
     softening, loss
@@ -191,11 +193,6 @@ def mode_functions(
         X of :class:`ModeFunctions`, rising from 0 or above.
     number
         Of the mode, from 1.
-
-    Raises
-    ------
-    ValueError
-        If at some amplitude the structure has no mode near the linear one of this number.
     """
     X = np.asarray(amplitude_m, float)
     p = modes.points

@@ -38,6 +38,8 @@ class Coupled:
 def couple(Y: Array, B: Array, flexibility: Array) -> Coupled:
     """Couple substructures.
 
+    ValueError if the interface is singular at a frequency: a gap is closed twice, or at a port that does not move.
+
     Parameters
     ----------
     Y : ndarray of complex, (f, p, p)
@@ -46,11 +48,6 @@ def couple(Y: Array, B: Array, flexibility: Array) -> Coupled:
         Each row is a gap: the motion of one end less that of the other.
     flexibility : ndarray of complex, (f, c)
         Of the joint in each gap, m/N or rad/(N m).
-
-    Raises
-    ------
-    ValueError
-        If the interface is singular at a frequency: a gap is closed twice, or at a port that does not move.
     """
     gap = B @ Y
     interface = gap @ B.T + flexibility[:, :, None] * np.eye(len(B))

@@ -26,15 +26,12 @@ Measured = dict[tuple[str, str], list[tuple[float, FoundResponse]]]
 def measured_receptance(rig: SubstructuresRig, part: MeasuredPart, axes: Mapping[str, str]) -> tuple[Array, Synthesis]:
     """Lines (f,), Hz, and synthesis of a measured part.
 
+    InputError if the file lacks a pair of points, a unit or common lines, or nothing can be synthesised.
+
     Parameters
     ----------
     axes
         Points that are needed, and the axis along which each moves.
-
-    Raises
-    ------
-    InputError
-        If the file lacks a pair of points, a unit or common lines, or nothing can be synthesised.
     """
     path = rig.layout().file(part.responses, f"measured_part {part.name!r}")
     if not path.is_file():

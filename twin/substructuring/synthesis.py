@@ -109,7 +109,8 @@ class Synthesis:
 def synthesise(frequency_Hz: Array, Y: Array, std: Array) -> Synthesis:
     """Fit a synthesis to measured receptances by maximum likelihood.
 
-    Remainders are projected out at each step, as in :mod:`twin.identify.modes.refinement`.
+    Remainders are projected out at each step, as in :mod:`twin.identify.modes.refinement`.  ValueError if there are too
+    few lines, or no mode is found.
 
     Parameters
     ----------
@@ -118,11 +119,6 @@ def synthesise(frequency_Hz: Array, Y: Array, std: Array) -> Synthesis:
         Symmetric, m/N.
     std : ndarray, (f, p, p)
         Root of the complex variance of each.
-
-    Raises
-    ------
-    ValueError
-        If there are too few lines, or no mode is found.
     """
     j, k = np.triu_indices(Y.shape[1])
     fit = fit_modes(frequency_Hz, Y[:, j, k], std[:, j, k])

@@ -59,15 +59,12 @@ class Page:
     def write(self, path: Path, *, commands: Sequence[str] = ()) -> None:
         """Write the page as HTML, whole or not at all; a file that is there is replaced.
 
+        InputError if `path` cannot be written.
+
         Parameters
         ----------
         commands
             What to type to get the same again.
-
-        Raises
-        ------
-        InputError
-            If `path` cannot be written.
         """
         if not path.parent.is_dir():  # before anything is drawn
             raise InputError(path, "", f"cannot be written: there is no folder {path.parent}")

@@ -67,15 +67,12 @@ def viewer_url(address: str) -> str:
 def open_viewer(*options: str, file: Path | None = None) -> Viewer:
     """Start a viewer that listens on this machine's loopback alone, and wait until it does.
 
+    RuntimeError if the program is not there, or does not come up.
+
     Parameters
     ----------
     options
         Further ones of the program ``rerun``.
-
-    Raises
-    ------
-    RuntimeError
-        If the program is not there, or does not come up.
     """
     program = find_viewer()
     if program is None:
@@ -114,19 +111,14 @@ def headless_viewer(*, file: Path | None = None) -> Iterator[Viewer]:
 def save_picture(viewer: Viewer, picture: Path, *, at: tuple[str, float] | None = None) -> None:
     """Write what a viewer shows as a PNG.
 
+    RuntimeError if the viewer does not draw; InputError if `picture` cannot be written.
+
     Parameters
     ----------
     viewer
         With data loaded or coming.
     at
         Timeline and time, s, to show; where the viewer stands if left out.
-
-    Raises
-    ------
-    RuntimeError
-        If the viewer does not draw.
-    InputError
-        If `picture` cannot be written.
     """
     from rerun.experimental import ViewerClient
 
