@@ -98,19 +98,9 @@ class CaseResult:
 
 
 def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, list[str]]:
-    """Hide what the plan says and record it, see :func:`record_hidden`.
+    """Hide what the plan says and record it, see :func:`record_hidden`: the truth, and recordings that ended early.
 
-    Parameters
-    ----------
-    plan
-        What to hide; its seed decides sizes, places, noise, and what is unknown of the rig anyway.
-
-    Returns
-    -------
-    case : HiddenCase
-        The truth.
-    aborted : list of str
-        Recordings that ended early.
+    The plan's seed decides sizes, places, noise, and what is unknown of the rig anyway.
     """
     names = list(plan.causes) or ["none"]
     rng = np.random.default_rng([plan.seed, zlib.crc32(plan.label.encode())])

@@ -34,12 +34,7 @@ def write_matrices(
 ) -> int:
     """Write mass, stiffness (Matrix Market, scipy's ``.npz`` or OUTPUT4, by suffix) and the table of nodes (CSV).
 
-    All files appear, or none.
-
-    Returns
-    -------
-    int
-        Number of rows of the matrices.
+    All files appear, or none; the number of rows of the matrices.
 
     Raises
     ------
