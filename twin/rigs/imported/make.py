@@ -1,7 +1,7 @@
 """The whole import: parts, joints, places, and all files written together."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import combinations
@@ -119,18 +119,17 @@ def _write_part(part: PartMatrices, mass: Path, stiffness: Path, nodes: Path) ->
         with path.open("wb") as stream:
             save_npz(stream, matrix, compressed=False)
     places = dict(zip(part.nodes.tolist(), part.coordinates.tolist(), strict=True))
-    with nodes.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(("node", "dof", "row", "x_m", "y_m", "z_m"))
-        writer.writerows(
-            (node, dof, row, *(f"{x:.12g}" for x in places[node]))
-            for (node, dof), row in sorted(part.rows.items(), key=lambda item: item[1])
-        )
+    by_row = sorted(part.rows.items(), key=lambda item: item[1])
+    rows = ((node, dof, row, *(f"{x:.12g}" for x in places[node])) for (node, dof), row in by_row)
+    _write_table(nodes, ("node", "dof", "row", "x_m", "y_m", "z_m"), rows)
 
 
 def _write_pairs(pairs: NodePairs, path: Path) -> None:
+    each = zip(pairs.a, pairs.b, pairs.area_m2, pairs.normal, strict=True)
+    rows = ((a, b, f"{area:.12g}", *(f"{x:.12g}" for x in normal)) for a, b, area, normal in each)
+    _write_table(path, ("node_a", "node_b", "area_m2", "nx", "ny", "nz"), rows)
+
+
+def _write_table(path: Path, head: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     with path.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(("node_a", "node_b", "area_m2", "nx", "ny", "nz"))
-        for a, b, area, normal in zip(pairs.a, pairs.b, pairs.area_m2, pairs.normal, strict=True):
-            writer.writerow((a, b, f"{area:.12g}", *(f"{x:.12g}" for x in normal)))
+        csv.writer(stream, lineterminator="\n").writerows([head, *rows])
