@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-__all__ = ["AXES", "Direction", "Vector", "axis_number", "cosine", "direction_name", "unit_vector"]
+__all__ = ["AXES", "Direction", "Towards", "Vector", "axis_number", "cosine", "direction_name", "unit_vector"]
 
 Vector = tuple[float, float, float]
 
@@ -72,3 +72,12 @@ def _is_direction(value: str) -> str:
 
 Direction = Annotated[str, AfterValidator(_is_direction)]
 """Of a channel, in a file that people write."""
+
+
+def _kept(value: str | list[float]) -> str | list[float]:
+    unit_vector(value)
+    return value
+
+
+Towards = Annotated[str | list[float], AfterValidator(_kept)]
+"""The same as it was given, of a place in a rig's file or a procedure's."""

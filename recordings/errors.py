@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-__all__ = ["InputError", "printable"]
+__all__ = ["InputError", "blamed_on", "printable"]
 
 
 def printable(text: str) -> str:
@@ -35,3 +37,14 @@ class InputError(Exception):
         head = f"{self.source}: {self.place}: {self.reason}" if self.place else f"{self.source}: {self.reason}"
         line = f"{head}; {self.remedy}" if self.remedy else head
         return printable(" ".join(line.split()))
+
+
+@contextmanager
+def blamed_on(
+    source: str | Path, place: str = "", remedy: str = "", *, of: type[Exception] = ValueError
+) -> Iterator[None]:
+    """Turn an error from within, `of` this kind, into an :class:`InputError` with its text."""
+    try:
+        yield
+    except of as error:
+        raise InputError(source, place, str(error), remedy) from error

@@ -2,7 +2,7 @@
 
 from twin.campaign.calibration import RuleCalibration, calibrate
 from twin.campaign.case import CasePlan, CaseResult, record_case, record_hidden, run_case
-from twin.campaign.judgement import Outcome, covered, judge, named_first
+from twin.campaign.judgement import judge, named_first
 from twin.campaign.plan import campaign_causes, fitting_causes, planned_cases
 from twin.campaign.runner import read_results, run_campaign
 from twin.campaign.summary import CampaignSummary, CauseRow, summarise
@@ -12,11 +12,9 @@ __all__ = [
     "CasePlan",
     "CaseResult",
     "CauseRow",
-    "Outcome",
     "RuleCalibration",
     "calibrate",
     "campaign_causes",
-    "covered",
     "fitting_causes",
     "judge",
     "named_first",

@@ -8,8 +8,7 @@ score), beside a wide prior about those that are in use; and what clean rigs nee
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
@@ -43,50 +42,32 @@ class RuleNumbers:
 
 @dataclass(frozen=True, kw_only=True)
 class Judgement:
-    """How probabilities do on cases that they were not learnt from.
-
-    Attributes
-    ----------
-    of_the_truth : float
-        Mean probability given to it.
-    in_set_95 : float
-        Share of cases in which the fewest hypotheses with 95 % of the probability hold it.
-    set_size : float
-        Median number of these.
-    calibration_error : float
-        Mean difference between the probability of the likeliest and the share in which it was true, over classes of
-        probability, by their cases.
-    """
+    """How probabilities do on cases that they were not learnt from."""
 
     cases: int
     of_the_truth: float
+    """Mean probability given to it."""
     in_set_95: float
+    """Share of cases in which the fewest hypotheses with 95 % of the probability hold it."""
     set_size: float
+    """Median number of these."""
     calibration_error: float
+    """Mean difference between the probability of the likeliest and the share in which it was true, over classes of
+    probability, by their cases."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RuleCalibration:
-    """The numbers in use and those learnt, judged on the same cases.
-
-    Attributes
-    ----------
-    learnt_from : int
-        Number of cases.
-    model_error : tuple of float, or None
-        Median error of the steps' stiffness that clean rigs needed, and its spread as a factor; None without two.
-    """
+    """The numbers in use and those learnt, judged on the same cases."""
 
     learnt_from: int
+    """Number of cases."""
     in_use: RuleNumbers
     learnt: RuleNumbers
     in_use_judged: Judgement
     learnt_judged: Judgement
     model_error: tuple[float, float] | None
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
+    """Median error of the steps' stiffness that clean rigs needed, and its spread as a factor; None without two."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 import zlib
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -56,31 +56,23 @@ class CasePlan:
 
 @dataclass(frozen=True, kw_only=True)
 class CaseResult:
-    """What was hidden and what was found.
-
-    Attributes
-    ----------
-    hidden
-        ``cause`` and ``parameters`` of each hidden effect.
-    found
-        The diagnosis, as the contract's ``result.json``; None where it failed.
-    followed
-        Where the first diagnosis was ambiguous: the one with a recording of the test that it proposed, of the same rig.
-    oracle_after
-        Error on the held-out sweep of a diagnosis that may name the hidden causes only; None where they have no model
-        or the diagnosis failed.
-    overloaded
-        Channels whose converter counted samples on its limit: their clipping is true, hidden or not.
-    """
+    """What was hidden and what was found."""
 
     plan: CasePlan
     rig: str
     hidden: list[dict[str, Any]]
+    """``cause`` and ``parameters`` of each hidden effect."""
     found: dict[str, Any] | None
+    """The diagnosis, as the contract's ``result.json``; None where it failed."""
     followed: dict[str, Any] | None = None
+    """Where the first diagnosis was ambiguous: the one with a recording of the test that it proposed, of the same
+    rig."""
     oracle_after: float | None = None
+    """Error on the held-out sweep of a diagnosis that may name the hidden causes only; None where they have no model or
+    the diagnosis failed."""
     aborted: list[str]
     overloaded: tuple[str, ...] = ()
+    """Channels whose converter counted samples on its limit: their clipping is true, hidden or not."""
     recording_s: float
     error: str = ""
 
@@ -106,19 +98,9 @@ class CaseResult:
 
 
 def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, list[str]]:
-    """Hide what the plan says and record it, see :func:`record_hidden`.
+    """Hide what the plan says and record it, see :func:`record_hidden`: the truth, and recordings that ended early.
 
-    Parameters
-    ----------
-    plan
-        What to hide; its seed decides sizes, places, noise, and what is unknown of the rig anyway.
-
-    Returns
-    -------
-    case : HiddenCase
-        The truth.
-    aborted : list of str
-        Recordings that ended early.
+    The plan's seed decides sizes, places, noise, and what is unknown of the rig anyway.
     """
     names = list(plan.causes) or ["none"]
     rng = np.random.default_rng([plan.seed, zlib.crc32(plan.label.encode())])
@@ -188,33 +170,19 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
         folder = keep or temporary
         folder.mkdir(parents=True, exist_ok=True)
         started = time.perf_counter()
-        hidden: list[dict[str, Any]] = []
-        aborted: list[str] = []
-        overloaded: tuple[str, ...] = ()
-        found = followed = oracle_after = None
-        recording_s, error = 0.0, ""
+        result = CaseResult(plan=plan, rig=rig.name, hidden=[], found=None, aborted=[], recording_s=0.0)
         try:
             case, aborted = record_case(plan, rig, folder)
-            recording_s = time.perf_counter() - started
-            overloaded = _overloaded(plan, folder)
+            result = replace(result, aborted=aborted, recording_s=time.perf_counter() - started)
             hidden = [{"cause": effect.cause, "parameters": dict(effect.parameters)} for effect in case.effects]
+            result = replace(result, overloaded=_overloaded(plan, folder), hidden=hidden)
             found = _diagnosed(plan, folder, rig, list(CAUSES), out=folder)
-            followed = _followed(plan, case, found, folder, rig)
-            oracle_after = _oracle(plan, found, folder, rig)
+            result = replace(result, found=found)
+            result = replace(result, followed=_followed(plan, case, found, folder, rig))
+            result = replace(result, oracle_after=_oracle(plan, found, folder, rig))
         except Exception as problem:
-            error = f"{type(problem).__name__}: {problem}"
-    return CaseResult(
-        plan=plan,
-        rig=rig.name,
-        hidden=hidden,
-        found=found,
-        followed=followed,
-        oracle_after=oracle_after,
-        aborted=aborted,
-        overloaded=overloaded,
-        recording_s=recording_s,
-        error=error,
-    )
+            result = replace(result, error=f"{type(problem).__name__}: {problem}")
+    return result
 
 
 def _overloaded(plan: CasePlan, folder: Path) -> tuple[str, ...]:

@@ -2,9 +2,8 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from scipy.stats import binomtest
@@ -18,39 +17,28 @@ FOUND: tuple[Outcome, ...] = ("right", "in a set")
 
 @dataclass(frozen=True, kw_only=True)
 class CauseRow:
-    """All cases of one hidden cause at one strength.
-
-    Attributes
-    ----------
-    outcomes : dict
-        Number of cases by :data:`~twin.campaign.judgement.Outcome`.
-    found_95 : tuple of float
-        Wilson's 95 % interval of the share that was found.
-    followed, resolved : int
-        Ambiguous cases whose proposed test was run on the same rig, and those it brought to the hidden cause.
-    extra : int
-        Cases with causes in the model that were not hidden.
-    inside, intervals : int
-        True parameters inside their 95 % intervals, and how many there were.
-    gain, oracle_ratio : float or None
-        Medians: error on the held-out sweep before over after, and after over the oracle's.
-    diagnosis_s : float or None
-        Median time of a diagnosis.
-    """
+    """All cases of one hidden cause at one strength."""
 
     label: str
     strength: float
     cases: int
     outcomes: dict[str, int]
+    """Number of cases by :data:`~twin.campaign.judgement.Outcome`."""
     found_95: tuple[float, float]
+    """Wilson's 95 % interval of the share that was found."""
     followed: int
     resolved: int
+    """Ambiguous cases whose proposed test was run on the same rig, and those it brought to the hidden cause."""
     extra: int
+    """Cases with causes in the model that were not hidden."""
     inside: int
     intervals: int
+    """True parameters inside their 95 % intervals, and how many there were."""
     gain: float | None
     oracle_ratio: float | None
+    """Medians: error on the held-out sweep before over after, and after over the oracle's."""
     diagnosis_s: float | None
+    """Median time of a diagnosis."""
 
     @property
     def found(self) -> int:
@@ -71,30 +59,18 @@ class Calibration:
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignSummary:
-    """The whole campaign.
-
-    Attributes
-    ----------
-    rows : tuple of CauseRow
-        By cause and strength.
-    confusion : dict
-        For each hidden cause (single ones, and none) at full strength, how often each name came first.
-    parameters : dict
-        For each parameter, (inside, of) its 95 % intervals.
-    smallest : dict
-        For each cause, the smallest strength at and above which it is found in nine of ten cases; None where it is not
-        even at the largest.
-    """
+    """The whole campaign."""
 
     rows: tuple[CauseRow, ...]
+    """By cause and strength."""
     confusion: dict[str, dict[str, int]]
+    """For each hidden cause (single ones, and none) at full strength, how often each name came first."""
     calibration: tuple[Calibration, ...]
     parameters: dict[str, tuple[int, int]]
+    """For each parameter, (inside, of) its 95 % intervals."""
     smallest: dict[str, float | None]
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
+    """For each cause, the smallest strength at and above which it is found in nine of ten cases; None where it is not
+    even at the largest."""
 
 
 def summarise(results: Sequence[CaseResult]) -> CampaignSummary:

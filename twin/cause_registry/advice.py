@@ -11,24 +11,16 @@ CAUSES = Path(__file__).parents[1] / "causes"
 
 @dataclass(frozen=True, kw_only=True)
 class Advice:
-    """On one cause, in sentences.
-
-    Attributes
-    ----------
-    looks_like
-        Its marks in recordings.
-    tell_apart
-        How they differ from those of the causes that look like it.
-    on_the_rig
-        Where to look and what to change.
-    page
-        Of the documents, with a case of it.
-    """
+    """On one cause, in sentences."""
 
     looks_like: str
+    """Its marks in recordings."""
     tell_apart: str
+    """How they differ from those of the causes that look like it."""
     on_the_rig: str
+    """Where to look and what to change."""
     page: str
+    """Of the documents, with a case of it."""
 
 
 def advice_on(cause: str) -> Advice | None:

@@ -38,21 +38,14 @@ class RunBesideModel:
 
 @dataclass(frozen=True)
 class Agreement:
-    """One run's channels beside the model's.
-
-    Attributes
-    ----------
-    level : ndarray, (o,)
-        Measured over expected response per force, positive.
-    turned : ndarray of bool, (o,)
-        Whether a channel moves the other way.
-    shape : ndarray, (o,)
-        Interquartile range of log response over the model's along the frequency: 0 for the model's shape.
-    """
+    """One run's channels beside the model's."""
 
     level: Array
+    """Measured over expected response per force, positive, (o,)."""
     turned: Array
+    """Whether a channel moves the other way, (o,)."""
     shape: Array
+    """Interquartile range of log response over the model's along the frequency, (o,): 0 for the model's shape."""
 
 
 def agreement_of(

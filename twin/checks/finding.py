@@ -37,28 +37,19 @@ REMEDIES = {
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is not as it should be.
-
-    Attributes
-    ----------
-    run : str
-        The recording's file.
-    channel : str
-        Empty where it is not one channel's.
-    kind : str
-        One of those in the guide, such as ``unit`` or ``swapped``.
-    expected, found : str
-        What the rig, the file or its other runs say, and what the samples say.
-    action : str
-        ``stopped``: no fit is begun.  ``set aside``: what is faulty is not used.  ``told``: nothing else is done.
-    """
+    """One thing that is not as it should be."""
 
     run: str
+    """The recording's file."""
     channel: str
+    """Empty where it is not one channel's."""
     kind: str
+    """One of those in the guide, such as ``unit`` or ``swapped``."""
     expected: str
     found: str
+    """What the rig, the file or its other runs say, and what the samples say."""
     action: Action
+    """``stopped``: no fit is begun.  ``set aside``: what is faulty is not used.  ``told``: nothing else is done."""
 
     @property
     def line(self) -> str:

@@ -35,19 +35,13 @@ Seen = TypeVar("Seen")
 
 @dataclass(frozen=True)
 class FirstLook:
-    """What was seen, and the runs without what is set aside.
-
-    Attributes
-    ----------
-    runs, held_out : tuple of Run
-        To go on with.
-    findings : tuple of Finding
-        Those that stop first.
-    """
+    """What was seen, and the runs without what is set aside."""
 
     runs: tuple[Run, ...]
     held_out: tuple[Run, ...]
+    """To go on with."""
     findings: tuple[Finding, ...]
+    """Those that stop first."""
 
     @property
     def stopped(self) -> bool:
@@ -60,13 +54,7 @@ class FirstLook:
         return tuple(finding.line for finding in self.findings)
 
     def passed(self) -> "FirstLook":
-        """Itself, where nothing stops.
-
-        Raises
-        ------
-        InputError
-            For the first finding that stops.
-        """
+        """Itself, where nothing stops; InputError for the first finding that stops."""
         if self.stopped:
             raise self.findings[0].refusal()
         return self

@@ -17,51 +17,36 @@ LEAST_SAMPLES = 16
 
 @dataclass(frozen=True, kw_only=True)
 class NoiseResponse:
-    """One stretch of noise.
-
-    Attributes
-    ----------
-    frequency_Hz : ndarray, (f,)
-        Within the band that the force excites.
-    H : ndarray, (f, o)
-        Responses over the force, in the channels' units.
-    coherence : ndarray, (f, o)
-    averages : int
-        Pieces that it is a mean of, half of one in the next.
-    resonances_Hz : ndarray
-        Peaks of all channels together.
-    """
+    """One stretch of noise."""
 
     run: str
     sweep: str
     channels: tuple[str, ...]
     frequency_Hz: Array
+    """Within the band that the force excites, (f,)."""
     H: Array
+    """Responses over the force, in the channels' units, (f, o)."""
     coherence: Array
+    """(f, o)."""
     averages: int
+    """Pieces that it is a mean of, half of one in the next."""
     resonances_Hz: Array
+    """Peaks of all channels together."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SineResponse:
-    """One stepped sweep.
-
-    Attributes
-    ----------
-    frequency_Hz : ndarray, (s,)
-        As commanded.
-    force : ndarray, (s,)
-        Complex amplitudes at the commanded frequency.
-    H : ndarray, (s, o)
-        Responses over the force, in the channels' units.
-    """
+    """One stepped sweep."""
 
     run: str
     sweep: str
     channels: tuple[str, ...]
     frequency_Hz: Array
+    """As commanded, (s,)."""
     force: Array
+    """Complex amplitudes at the commanded frequency, (s,)."""
     H: Array
+    """Responses over the force, in the channels' units, (s, o)."""
 
 
 def noise_responses(run: Run, *, force: str, channels: Sequence[str]) -> list[NoiseResponse]:

@@ -26,17 +26,12 @@ BESIDE = (0.02, 0.08)
 
 @dataclass(frozen=True)
 class Backbone:
-    """Where a resonance is at which amplitude, by the dynamic stiffness at each step.
-
-    Attributes
-    ----------
-    amplitude : ndarray, (s,)
-        Displacement (or strain) of the reference channel, rising.
-    resonance_Hz : ndarray, (s,)
-    """
+    """Where a resonance is at which amplitude, by the dynamic stiffness at each step."""
 
     amplitude: Array
+    """Displacement (or strain) of the reference channel, rising, (s,)."""
     resonance_Hz: Array
+    """(s,)."""
 
     def apart(self, other: "Backbone") -> float:
         """Median relative distance of another one at the same amplitudes; nan where they share too few."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.run import StepState
 from recordings.whole import refuse_existing
 from twin.commands.common.options import FILE, FiniteRange, json_option, laws_option, overwrite_option
@@ -89,12 +89,10 @@ def command(
         about = LiveAbout(
             title=title, channels=tuple(acquisition.channels), procedure=procedure, branches=tuple(branches)
         )
-        try:
+        with blamed_on(instruments, "", "correct the channel in the instruments file"):
             writer = RunWriter(
                 out, info=info, channels=acquisition.channels, attachments=attachments, overwrite=overwrite
             )
-        except ValueError as error:
-            raise InputError(instruments, "", str(error), "correct the channel in the instruments file") from error
         sink = _CountingSink(writer, acquisition.take_indicators, procedure)
         with writer:
             try:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.staging import staged_folder
 from twin.commands.common.options import FILE, FiniteRange, causes_option, json_option, laws_option
 from twin.commands.common.output import console, print_json, print_tables, progress_bar, say, stage, write_json
@@ -91,10 +92,8 @@ def command(
         fitting = fitting_causes(rig, causes or known)
         if left := [cause for cause in causes or known if cause not in fitting]:
             say(f"{rig.name} cannot have: {', '.join(left)}")
-        try:
+        with blamed_on("--pairs", "", "give more than one --cause, or none at all"):
             plans = planned_cases(causes=fitting, seeds=seeds_used, strengths=strengths, pairs=pairs, modes=modes)
-        except ValueError as error:
-            raise InputError("--pairs", "", str(error), "give more than one --cause, or none at all") from error
         planned.append((rig, out if len(rigs) == 1 else out / re.sub(r"[^\w.-]", "-", rig.name), plans))
     with progress_bar() as progress:
         count = sum(len(plans) for _, _, plans in planned)
@@ -118,9 +117,9 @@ def command(
     summary = summarise(results)
     by_rig = {rig.name: summarise([r for r in results if r.rig == rig.name]) for rig in rigs}
     calibration = _calibration(results) if calibrated else None
-    data = summary.to_dict() | {"by_rig": {name: list(one.to_dict()["rows"]) for name, one in by_rig.items()}}
+    data = asdict(summary) | {"by_rig": {name: [asdict(row) for row in one.rows] for name, one in by_rig.items()}}
     if calibration is not None:
-        data["rule"] = calibration.to_dict()
+        data["rule"] = asdict(calibration)
     with staged_folder(out, results=(SUMMARY, CONFUSION, DETECTION), overwrite=True) as folder:
         write_json(data, folder / SUMMARY)
         confusion_figure(summary).savefig(folder / CONFUSION, dpi=110, facecolor="white")

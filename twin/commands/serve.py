@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from twin.commands.common.options import causes_option, json_option, laws_option
 from twin.commands.common.serving import address_options, serve_source
 
@@ -62,14 +62,12 @@ def command(
         if hits is not None:
             open_twin(rig, hits, preload=name, seed=seed, source=rig_name).read(64)
             return open_twin(rig, hits, preload=name, seed=seed, source=rig_name)
-        try:
+        with blamed_on(rig_name):
             # The first samples of a fresh installation compile the kernels, longer than any client waits: do it now.
             rehearsed = open_bench(rig, preload=name, seed=seed)
             rehearsed.set_output(Excitation(kind="sine", amplitude_V=0.1, frequency_Hz=20.0))
             rehearsed.read(64)
             return open_bench(rig, preload=name, seed=seed)
-        except ValueError as error:
-            raise InputError(rig_name, "", str(error)) from error
 
     slow = JointMeter(rig, name) if meter is not None else None
     serve_source(open_source, origin="simulated", seed=seed, meter=meter, slow=slow, **options)

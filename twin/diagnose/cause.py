@@ -16,6 +16,10 @@ from twin.identify.model_modification import ModelModification
 
 __all__ = [
     "Cause",
+    "Label",
+    "Labels",
+    "MeasuredData",
+    "ModelModification",
     "Parameter",
     "Values",
     "all_channels",
@@ -29,6 +33,8 @@ __all__ = [
     "thresholds",
 ]
 Values = Mapping[str, float]
+Label = Mapping[str, str]
+Labels = Sequence[Label]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,15 +106,15 @@ class Cause(ABC):
     numbers: ClassVar[tuple[Parameter, ...]] = ()
     """The numbers to be found, where they depend neither on the rig nor on what was measured."""
 
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Labels:
         """Choices that are names, such as the channel at fault: one search each; a single empty one by default."""
         return ({},)
 
-    def assumed(self, evidence: MeasuredData) -> Mapping[str, str]:
+    def assumed(self, evidence: MeasuredData) -> Label:
         """Names that a rig file may leave out, and what is meant then; none by default."""
         return {}
 
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """The numbers to be found; the first one with a null value is the effect's strength."""
         return self.numbers
 
@@ -121,7 +127,7 @@ class Cause(ABC):
         return dict(values)
 
     def shared(
-        self, evidence: MeasuredData, label: Mapping[str, str], baseline: BaselineParameters, values: Values
+        self, evidence: MeasuredData, label: Label, baseline: BaselineParameters, values: Values
     ) -> tuple[BaselineParameters, dict[str, float]]:
         """Where a fit begins: what the data only know of the base family and the cause together, shared by the priors.
 
@@ -130,10 +136,10 @@ class Cause(ABC):
         return baseline, dict(values)
 
     @abstractmethod
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """What differs from the nominal rig at these values."""
 
-    def begun(self, evidence: MeasuredData, label: Mapping[str, str]) -> ModelModification:
+    def begun(self, evidence: MeasuredData, label: Label) -> ModelModification:
         """The same where a search begins first; in the middle of a range of which nothing says where."""
         parameters = self.parameters(evidence, label)
         values = {p.name: p.starts[0] if p.starts else (p.lower + p.upper) / 2 for p in parameters}
@@ -160,23 +166,23 @@ def measured_duration_s(evidence: MeasuredData) -> float:
     return max(float(max(times)) - evidence.origin_s if times else 0.0, 10.0)
 
 
-def shaker_labels(evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
+def shaker_labels(evidence: MeasuredData) -> Labels:
     """What a shaker brings along: a single search without a name, and none where an ideal force drives."""
     return () if evidence.rig.shaker.ideal else ({},)
 
 
-def joint_labels(evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
+def joint_labels(evidence: MeasuredData) -> Labels:
     """Which joint: a single search where there is one, without a name."""
     joints = evidence.rig.joints
     return ({},) if len(joints) == 1 else tuple({"joint": joint.name} for joint in joints)
 
 
-def joint_number(evidence: MeasuredData, label: Mapping[str, str]) -> int:
+def joint_number(evidence: MeasuredData, label: Label) -> int:
     """Of the joint that a label names, in the rig's order."""
     return [joint.name for joint in evidence.rig.joints].index(joint_name(evidence, label))
 
 
-def joint_name(evidence: MeasuredData, label: Mapping[str, str]) -> str:
+def joint_name(evidence: MeasuredData, label: Label) -> str:
     """The joint that a label names, or the only one."""
     return label.get("joint") or evidence.rig.joints[0].name
 

@@ -34,12 +34,7 @@ def write_matrices(
 ) -> int:
     """Write mass, stiffness (Matrix Market, scipy's ``.npz`` or OUTPUT4, by suffix) and the table of nodes (CSV).
 
-    All files appear, or none.
-
-    Returns
-    -------
-    int
-        Number of rows of the matrices.
+    All files appear, or none; the number of rows of the matrices.
 
     Raises
     ------
@@ -64,9 +59,7 @@ def write_matrices(
         for path, part, name, matrix in ((mass, parts[0], "M", structure.M), (stiffness, parts[1], "K", K)):
             SUFFIXES[path.suffix.lower()](part, name, (matrix + matrix.T) / 2)
         with parts[2].open("w", newline="", encoding="utf-8") as table:
-            writer = csv.writer(table, lineterminator="\n")
-            writer.writerow(HEAD)
-            writer.writerows(named_rows(structure))
+            csv.writer(table, lineterminator="\n").writerows([HEAD, *named_rows(structure)])
     return len(K)
 
 

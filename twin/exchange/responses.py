@@ -22,32 +22,23 @@ class FrequencyResponses:
     """One column of the FRF matrix: all responses of one quantity to one force.
 
     The arguments of sdypy-EMA's ``Model``: ``Model(frf=r.frf, freq=r.frequency_Hz, frf_form=r.frf_form, ...)``.
-
-    Parameters
-    ----------
-    sweep
-        Where in the run it was measured.
-    frequency_Hz : ndarray, (f,)
-        Evenly spaced from 0 for broadband excitation; the steps, upward, for a stepped sine.
-    frf : ndarray, (n, f)
-        Complex response per force, in the response's unit per newton, as the channels measured it: a sensor whose
-        direction is -y keeps its sign.
-    coherence : ndarray, (n, f), or None
-        Of broadband excitation.
-    averages
-        As many independent ones would be worth; 0 of stepped sines.
-    frf_form
-        ``receptance``, ``mobility`` or ``accelerance``.
     """
 
     sweep: str
+    """Where in the run it was measured."""
     frequency_Hz: NDArray[np.float64]
+    """Evenly spaced from 0 for broadband excitation; the steps, upward, for a stepped sine; (f,)."""
     frf: NDArray[np.complex128]
+    """Complex response per force, in the response's unit per newton, as the channels measured it: a sensor whose
+    direction is -y keeps its sign; (n, f)."""
     coherence: NDArray[np.float64] | None
+    """Of broadband excitation, (n, f)."""
     responses: tuple[Channel, ...]
     force: Channel
     frf_form: str
+    """``receptance``, ``mobility`` or ``accelerance``."""
     averages: int = 0
+    """As many independent ones would be worth; 0 of stepped sines."""
 
 
 def frequency_responses(run: Run, *, resolution_Hz: float = 0.1) -> list[FrequencyResponses]:

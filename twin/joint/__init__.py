@@ -1,9 +1,9 @@
 """Laws of the joint, one a file, each in time and as an equivalent stiffness over amplitude."""
 
 from twin.joint.describing_function import describing_function
-from twin.joint.functions import FunctionLaw, law_of_functions
+from twin.joint.functions import law_of_functions
 from twin.joint.iwan import iwan
-from twin.joint.jenkins_element import ParallelJenkins, jenkins, jenkins_stiffness
+from twin.joint.jenkins_element import ParallelJenkins, jenkins
 from twin.joint.knots import loss_of_knots, softening_of_knots
 from twin.joint.law import Law
 from twin.joint.masing import masing_of_points
@@ -15,12 +15,11 @@ from twin.joint.running_loss import RunningLoss
 from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact, one_sided
 from twin.joint.steel import steel_loss, steel_softening
-from twin.joint.table import ForceTable, table_from_stiffness
+from twin.joint.table import ForceTable, table_from_stiffness, table_of_softening
 
 __all__ = [
     "Cubic",
     "ForceTable",
-    "FunctionLaw",
     "Law",
     "Linear",
     "NamedLaw",
@@ -35,7 +34,6 @@ __all__ = [
     "describing_function",
     "iwan",
     "jenkins",
-    "jenkins_stiffness",
     "known_laws",
     "law_named",
     "law_of_functions",
@@ -47,4 +45,5 @@ __all__ = [
     "steel_loss",
     "steel_softening",
     "table_from_stiffness",
+    "table_of_softening",
 ]

@@ -30,24 +30,17 @@ Remember = Callable[[Series, Series, float], None]
 
 @dataclass(frozen=True, eq=False)
 class FunctionLaw:
-    """A law whose force and memory are functions.
-
-    Attributes
-    ----------
-    numbers
-        What `force` and `remember` get as `p`.
-    states
-        Length of the memory, which begins at zero.
-    describing
-        Equivalent stiffness over an amplitude, if there is a closed form; otherwise by quadrature.
-    """
+    """A law whose force and memory are functions."""
 
     kind: ClassVar[int] = FUNCTIONS
     force: Force
     numbers: tuple[float, ...]
+    """What `force` and `remember` get as `p`."""
     remember: Remember | None = None
     states: int = 0
+    """Length of the memory, which begins at zero."""
     describing: Callable[[Series], Stiffness] | None = field(default=None)
+    """Equivalent stiffness over an amplitude, if there is a closed form; otherwise by quadrature."""
 
     @property
     def parameters(self) -> Series:

@@ -6,35 +6,25 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from twin.joint.law import Series
-from twin.joint.limits import LIMITS
 from twin.joint.running_loss import RunningLoss
-from twin.joint.table import ForceTable, table_from_stiffness
+from twin.joint.table import ForceTable, table_of_softening
 
 LOSS_POINTS = 1025
 
 
 def softening_of_knots(amplitude_m: Sequence[float], softening: Sequence[float]) -> ForceTable:
-    """The one odd, single-valued force whose describing function is minus the softening.
-
-    It is constant before the first knot, and levels off beyond the last instead of ending in a corner, which a sine of
-    nearly that amplitude already meets with its harmonics.
-    """
-    o = np.array(amplitude_m)
-    g1 = PchipInterpolator(o, softening)
+    """The odd, single-valued force with this softening, constant before the first knot and level beyond the last."""
+    first, last = amplitude_m[0], amplitude_m[-1]
+    g1 = PchipInterpolator(amplitude_m, softening)
     dg1 = g1.derivative()
-    last, run_out = float(dg1(o[-1])), LIMITS.run_out * o[-1]
 
-    def beyond(x: Series) -> Series:
-        return np.exp(-np.maximum(x - o[-1], 0.0) / run_out)
-
-    def stiffness(x: Series) -> Series:
-        return -np.asarray(g1(np.clip(x, o[0], o[-1])) + last * run_out * (1 - beyond(x)))
+    def value(x: Series) -> Series:
+        return np.asarray(g1(np.maximum(x, first)))
 
     def slope(x: Series) -> Series:
-        inside = np.where(x > o[0], dg1(np.clip(x, o[0], o[-1])), 0.0)
-        return -np.where(x < o[-1], inside, last * beyond(x))
+        return np.where(x > first, dg1(np.maximum(x, first)), 0.0)
 
-    return table_from_stiffness(stiffness, slope, limit_m=3.0 * o[-1])
+    return table_of_softening(value, slope, last, limit_m=3.0 * last)
 
 
 def loss_of_knots(amplitude_m: Sequence[float], loss: Sequence[float]) -> RunningLoss:

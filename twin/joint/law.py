@@ -21,17 +21,13 @@ class Law(Protocol):
     @property
     def parameters(self) -> Series:
         """Numbers for the kernels, 1-D."""
-        ...
 
     @property
     def states(self) -> int:
         """How many numbers the law remembers."""
-        ...
 
     def force_history(self, e: Series) -> Series:
         """Force along the samples of a path that starts at rest at e = 0, in plain numpy."""
-        ...
 
     def describing_function(self, amplitude: Series) -> Stiffness:
         """Describing function: complex equivalent stiffness for e = amplitude sin(wt), steady state."""
-        ...

@@ -7,9 +7,6 @@ from dataclasses import dataclass
 class Limits:
     """See each."""
 
-    # knots.py
-    run_out: float = 0.1
-    """Share of the last knot's amplitude over which a softening levels off beyond it."""
     # named_law.py
     at_rest_m: float = 1e-12
     """A motion at which every law is at rest."""
@@ -32,6 +29,8 @@ class Limits:
     loss_end: float = 6.0
     """End of the loss's table, over its scale."""
     # table.py
+    run_out: float = 0.1
+    """Share of the last given amplitude over which a softening levels off beyond it."""
     table_points: int = 4097
     """Points of a table; a linear interpolation of a curve this dense is good to about 1e-7 of its range."""
 

@@ -20,10 +20,7 @@ AHEAD = 3
 def machine_code(function: Callable[..., Any], *, fills: bool) -> Any:
     """`function` compiled, with the arguments that the kernels give; kept, so that its address remains valid.
 
-    Raises
-    ------
-    ValueError
-        If numba cannot compile it.
+    ValueError if numba cannot compile it.
     """
     compiled = function if hasattr(function, "py_func") else njit(error_model="numpy")(function)
     if fills:

@@ -19,33 +19,23 @@ Value = float | list[float]
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
-    """A parameter of a law.
-
-    Attributes
-    ----------
-    name
-        As it stands in a rig file.
-    unit
-        SI; of stiffnesses ``N/m2``, as the moduli of the layer have it.
-    about
-        What it is, in half a sentence.
-    above, least, below, most
-        Bounds, the outer two of which it must not reach.
-    default
-        Its value where a file leaves it out; None must be given.
-    several
-        Whether it is a list.
-    """
+    """A parameter of a law."""
 
     name: str
+    """As it stands in a rig file."""
     unit: str
+    """SI; of stiffnesses ``N/m2``, as the moduli of the layer have it."""
     about: str
+    """What it is, in half a sentence."""
     above: float | None = None
     least: float | None = None
     below: float | None = None
     most: float | None = None
+    """Bounds, the outer two of which it must not reach."""
     default: Value | None = None
+    """Its value where a file leaves it out; None must be given."""
     several: bool = False
+    """Whether it is a list."""
 
     @property
     def field(self) -> tuple[Any, Any]:
@@ -64,17 +54,12 @@ class PointForce:
 
     E' and G' of a preload are the layer's moduli at rest.  A law takes its stiffness at rest over from them, so that
     small motions have the same moduli whatever the law is.
-
-    Attributes
-    ----------
-    law
-        Modulus times metres (N/m) over the coordinate's metres.
-    at_rest
-        Its stiffness at rest, N/m2.
     """
 
     law: Law
+    """Modulus times metres (N/m) over the coordinate's metres."""
     at_rest: float
+    """Its stiffness at rest, N/m2."""
 
     @staticmethod
     def of(law: Law) -> PointForce:
@@ -101,32 +86,21 @@ class PointForce:
 
 @dataclass(frozen=True, kw_only=True)
 class NamedLaw:
-    """A law that a rig file can name.
-
-    Attributes
-    ----------
-    name
-        In rig files.
-    sentence
-        What it says of a joint, with values in braces: ``a spring of {stiffness:g} N/m2``.
-    parameters
-        In the order in which `make` has them.
-    make
-        The law, from values by name.  It raises ValueError where they do not go together.
-    """
+    """A law that a rig file can name."""
 
     name: str
+    """In rig files."""
     sentence: str
+    """What it says of a joint, with values in braces: ``a spring of {stiffness:g} N/m2``."""
     parameters: tuple[Parameter, ...]
+    """In the order in which `make` has them."""
     make: Callable[..., Law]
+    """The law, from values by name.  It raises ValueError where they do not go together."""
 
     def values(self, given: Mapping[str, Any]) -> dict[str, Value]:
         """All parameters in order, those left out at their defaults.
 
-        Raises
-        ------
-        pydantic.ValidationError
-            If one is missing, unknown or out of its bounds.
+        A pydantic.ValidationError if one is missing, unknown or out of its bounds.
         """
         fields: dict[str, Any] = {parameter.name: parameter.field for parameter in self.parameters}
         model: type[BaseModel] = create_model(self.name, __config__=ConfigDict(extra="forbid"), **fields)

@@ -32,21 +32,14 @@ __all__ = ["CoupledResponses", "couple"]
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class CoupledResponses(Shown):
-    """Responses of a coupled rig.
-
-    Attributes
-    ----------
-    parts : Substructures
-        What was coupled.
-    predicted : CoupledPrediction
-        Responses of the rig's sensors over the forces of its drives, with the identified joints if there are any.
-    fit : JointFit, or None
-        The joints, if a measured response was given.
-    """
+    """Responses of a coupled rig."""
 
     parts: Substructures
+    """What was coupled."""
     predicted: CoupledPrediction
+    """Responses of the rig's sensors over the forces of its drives, with the identified joints if there are any."""
     fit: JointFit | None
+    """The joints, if a measured response was given."""
 
     @property
     def notes(self) -> tuple[str, ...]:

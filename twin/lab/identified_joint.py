@@ -59,18 +59,12 @@ class Beside(Protocol):
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class IdentifiedJoint(FitPictures, IdentifiedModel):
-    """A lap joint's moduli, damping and law, identified from recordings.
-
-    Attributes
-    ----------
-    found : Identified
-        Values, covariance, polynomials, residuals.
-    evidence : MeasuredData
-        The recordings, reduced.
-    """
+    """A lap joint's moduli, damping and law, identified from recordings."""
 
     found: Identified
+    """Values, covariance, polynomials, residuals."""
     evidence: MeasuredData
+    """The recordings, reduced."""
 
     @property
     def file(self) -> Rig:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.quantities import is_motion, quantity
 from recordings.run import Run
 from twin.identify.impacts import Reduction, reduce_hits, sound_hits
@@ -112,14 +112,12 @@ def modal_test(
     if not channels:
         raise InputError(run.path, "channels", "holds no acceleration, velocity or displacement")
     rig = None if rig is None else rig.driven_by(drive_of(run, rig))
-    try:
+    with blamed_on(run.path):
         if is_impact_test(run):
             return ModalTest(_of_hits(run, force, channels, band_Hz, rig, reduction or Reduction()))
         if reduction is not None:
             raise InputError(run.path, "", "is no impact test", "leave the estimator and the windows out")
         return ModalTest(_of_noise(run, force, channels, band_Hz, rig))
-    except ValueError as error:
-        raise InputError(run.path, "", str(error)) from error
 
 
 def _of_noise(run: Run, force: str, channels: tuple[str, ...], band_Hz: Band | None, rig: Rig | None) -> MeasuredModes:
@@ -160,10 +158,8 @@ def _of_hits(
     sensors = _sensors(run, rig, channels)
     fixed = {"the hammer's place": rig.drive_place} if procedure.sensor is not None else sensors
     places = {name: place for name, place in point_places(procedure).items() if name in hit.points}
-    try:
+    with blamed_on(run.path, "procedure.toml", "is it the rig of this test?"):
         hung = [rig.hit_at(place) for place in (*places.values(), rig.drive_place)].pop()
-    except ValueError as error:
-        raise InputError(run.path, "procedure.toml", str(error), "is it the rig of this test?") from error
     if procedure.sensor is not None:
         found = replace(found, notes=(*found.notes, *_loaded(run, hung, procedure.sensor, [*places.values()])))
     return _beside(found, run, hung, places or sensors, fixed)

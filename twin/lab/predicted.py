@@ -28,21 +28,14 @@ MOST_ROWS = 40
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class PredictedResponse(Shown):
-    """One row a solution; a step with three solutions has three.
-
-    Attributes
-    ----------
-    response : ModalResponse
-        Its columns as arrays.
-    given : str
-        ``force`` or ``acceleration``.
-    assumed : tuple of str
-        What stands for what the rig file leaves out.
-    """
+    """One row a solution; a step with three solutions has three."""
 
     response: ModalResponse
+    """Its columns as arrays."""
     given: str
+    """``force`` or ``acceleration``."""
     assumed: tuple[str, ...] = ()
+    """What stands for what the rig file leaves out."""
     warnings: tuple[str, ...]
 
     @property

@@ -27,19 +27,13 @@ from twin.views.table import Table
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class RehearsedProcedure(Reported):
-    """A procedure run on the twin.
-
-    Attributes
-    ----------
-    better : Rehearsed or None
-        The procedure improved until it is clear; None where there was nothing to improve.
-    result : mapping
-        The table that ``twin rehearse`` writes as ``result.json``.
-    """
+    """A procedure run on the twin."""
 
     first: Rehearsed
     better: Rehearsed | None
+    """The procedure improved until it is clear; None where there was nothing to improve."""
     result: Mapping[str, Any]
+    """The table that ``twin rehearse`` writes as ``result.json``."""
 
     @property
     def sentence(self) -> str:

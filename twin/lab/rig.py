@@ -46,18 +46,12 @@ def _silent(_: str) -> None:
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class LabRig(Shown):
-    """What is assumed of a rig.
-
-    Attributes
-    ----------
-    source : str
-        The name or file it was loaded from.
-    file : Rig, BeamRig or ModalRig
-        What that says: a lap joint, a beam alone, or one measured mode.
-    """
+    """What is assumed of a rig."""
 
     source: str
+    """The name or file it was loaded from."""
     file: AnyRig
+    """What that says: a lap joint, a beam alone, or one measured mode."""
 
     @property
     def assumed(self) -> tuple[str, ...]:

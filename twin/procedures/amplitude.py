@@ -10,7 +10,6 @@ class AmplitudeControl(Protocol):
 
     def begin(self) -> None:
         """A new step: phases of earlier windows are void."""
-        ...
 
     def update(
         self, measured: complex, *, std: float, target: float, voltage_V: float, window_s: float, nearness: float | None
@@ -20,7 +19,6 @@ class AmplitudeControl(Protocol):
         `measured` and `std` are of the held channel in the last window; `nearness` is 1 at phase resonance, 0 far off,
         None while it is not known.
         """
-        ...
 
 
 class OpenLoop:

@@ -82,10 +82,7 @@ class Brake:
     def act(self, session: Session, detector: SettlingDetector, *, length_s: float, end_ns: int) -> int | None:
         """Take a detour if there is one worth taking, after a window of `length_s` that ended at `end_ns`.
 
-        Returns
-        -------
-        int or None
-            The time from which the generator is back; None without a detour.
+        The time from which the generator is back; None without a detour.
         """
         split = {name: both for name, both in detector.split().items() if name != session.reference_channel}
         if not self._left or not detector.certain or not split or detector.remaining < 2 * self._tolerance:

@@ -37,6 +37,11 @@ class _Common(Table):
     drive: Name | None = None
     """Which of the rig's drives is run; the first of its file if left out."""
 
+    def _check_rate(self, highest_Hz: float) -> None:
+        rate, least = self.sample_rate, 2.5 * highest_Hz
+        if least > rate:
+            raise ValueError(f"sample_rate {rate:g} Hz is too low for {highest_Hz:g} Hz; at least {least:g}")
+
 
 class _Sine(_Common):
     """What all sine procedures share."""
@@ -78,10 +83,7 @@ class SteppedSine(_Sine):
         if any(b <= a for a, b in zip(self.frequencies, self.frequencies[1:], strict=False)):
             raise ValueError("frequencies must increase; 'direction' says which way to go")
         highest = self.grid.stop if self.grid else self.frequencies[-1]
-        if 2.5 * highest > self.sample_rate:
-            raise ValueError(
-                f"sample_rate {self.sample_rate:g} Hz is too low for {highest:g} Hz; at least {2.5 * highest:g}"
-            )
+        self._check_rate(highest)
         if self.order == "amplitude" and self.grid is not None and self.grid.kind == "adaptive":
             raise ValueError("an amplitude ladder takes fixed frequencies, not an adaptive grid")
         return self
@@ -125,11 +127,7 @@ class _Broadband(_Common):
     def _band(self) -> Self:
         if self.band[1] <= self.band[0]:
             raise ValueError(f"band must increase, got {list(self.band)}")
-        if 2.5 * self.band[1] > self.sample_rate:
-            raise ValueError(
-                f"sample_rate {self.sample_rate:g} Hz is too low for {self.band[1]:g} Hz; at least "
-                f"{2.5 * self.band[1]:g}"
-            )
+        self._check_rate(self.band[1])
         return self
 
 

@@ -26,11 +26,8 @@ def measured(
     reached = abs(fit.phasor) if fit else math.nan
     amplitude = reached if step.measured_channel else session.voltage_V
     return StepResult(
-        sweep=step.place.sweep,
-        index=step.place.index,
+        **vars(step.place),
         frequency_Hz=frequency_Hz,
-        target_channel=step.place.target_channel,
-        target_amplitude=step.place.target_amplitude,
         voltage_V=session.voltage_V,
         amplitude=amplitude,
         settle_s=settle_s,

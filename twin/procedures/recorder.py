@@ -13,19 +13,15 @@ class RunSink(Protocol):
 
     def write_block(self, block: SampleBlock) -> None:
         """Record a block of samples."""
-        ...
 
     def write_step(self, step: Step) -> None:
         """Record the start of a state of a step."""
-        ...
 
     def write_event(self, event: Event) -> None:
         """Record an event."""
-        ...
 
     def write_indicator(self, indicator: Indicator) -> None:
         """Record one value for viewers."""
-        ...
 
 
 @dataclass

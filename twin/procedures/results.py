@@ -9,57 +9,40 @@ from recordings.run import Event, Step
 
 @dataclass(frozen=True, kw_only=True)
 class StepResult:
-    """One measured step.
-
-    Attributes
-    ----------
-    sweep, index, frequency_Hz, target_channel, target_amplitude
-        As in the recording's ``Step``.
-    voltage_V
-        Peak of the generator while measuring; rms for random excitation.
-    amplitude
-        What the target channel reached: peak of the fundamental, or rms for random excitation.
-    settle_s, measure_s
-        Waiting and measuring, s of the rig's time.
-    settled
-        False if the wait ended at its maximum; None if it was fixed.
-    remaining
-        The transient left at the end of the wait, relative to the response, as far as the wait showed it.
-    drift
-        Largest change of any channel between the halves of the measurement, relative to its response.
-    phasors
-        Complex fundamental of each channel, peak values, relative to the phase of the force (of the target channel
-        where there is no force).
-    std
-        Standard deviation of real and imaginary part of each phasor from the noise.
-    harmonics
-        Amplitudes of harmonics 1, 2, ... of each channel, peak values.
-    distortion
-        Higher harmonics over the fundamental of each channel.
-    peak
-        Largest magnitude of each channel while measuring.
-    peak_frequency_Hz
-        Of a swept sine: its frequency when the response that moves most was largest.
-    """
+    """One measured step."""
 
     sweep: str
     index: int
     frequency_Hz: float
     target_channel: str
     target_amplitude: float
+    """As in the recording's ``Step``."""
     voltage_V: float
+    """Peak of the generator while measuring; rms for random excitation."""
     amplitude: float
+    """What the target channel reached: peak of the fundamental, or rms for random excitation."""
     settle_s: float
     measure_s: float
+    """Waiting and measuring, s of the rig's time."""
     settled: bool | None = None
+    """False if the wait ended at its maximum; None if it was fixed."""
     remaining: float | None = None
+    """The transient left at the end of the wait, relative to the response, as far as the wait showed it."""
     drift: float | None = None
+    """Largest change of any channel between the halves of the measurement, relative to its response."""
     phasors: Mapping[str, complex] = field(default_factory=dict)
+    """Complex fundamental of each channel, peak values, relative to the phase of the force (of the target channel where
+    there is no force)."""
     std: Mapping[str, float] = field(default_factory=dict)
+    """Standard deviation of real and imaginary part of each phasor from the noise."""
     harmonics: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    """Amplitudes of harmonics 1, 2, ... of each channel, peak values."""
     distortion: Mapping[str, float] = field(default_factory=dict)
+    """Higher harmonics over the fundamental of each channel."""
     peak: Mapping[str, float] = field(default_factory=dict)
+    """Largest magnitude of each channel while measuring."""
     peak_frequency_Hz: float | None = None
+    """Of a swept sine: its frequency when the response that moves most was largest."""
 
     @property
     def amplitude_error(self) -> float:

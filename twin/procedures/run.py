@@ -1,6 +1,7 @@
 """Running a procedure: the same code for a rehearsal and for the real rig."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 
@@ -92,7 +93,8 @@ def run_procedure(
         state, reason = "aborted", f"connection lost: {error}"
         session.note("disconnected", reason)
     finally:
-        _make_safe(acquisition)
+        with suppress(OSError):  # a lost connection cannot be told to stop; the instrument's own watchdog must
+            acquisition.stop()
     if state != "done":
         _mark_aborted(session)
     return ProcedureResult(
@@ -158,13 +160,6 @@ def check_rate(procedure: Procedure, rate_Hz: float, *, source: str | Path = "pr
             "period",
             f"{procedure.period:g} s is no whole number of samples at {rate_Hz:g} Hz, which the converter has",
         )
-
-
-def _make_safe(acquisition: Acquisition) -> None:
-    try:
-        acquisition.stop()
-    except OSError:  # a lost connection cannot be told to stop; the instrument's own watchdog must
-        return
 
 
 def _mark_aborted(session: Session) -> None:

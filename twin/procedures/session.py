@@ -100,15 +100,7 @@ class Session:
     def mark(self, place: StepPlace, state: StepState, time_ns: int, frequency_Hz: float) -> None:
         """Write the start of a state of a step."""
         self.place = (place, frequency_Hz)
-        self.last_step = Step(
-            time_ns=time_ns,
-            sweep=place.sweep,
-            index=place.index,
-            frequency_Hz=frequency_Hz,
-            target_channel=place.target_channel,
-            target_amplitude=place.target_amplitude,
-            state=state,
-        )
+        self.last_step = Step(**vars(place), time_ns=time_ns, frequency_Hz=frequency_Hz, state=state)
         self.recorder.step(self.last_step)
 
     def note(self, kind: str, detail: str, *, source: str = "procedure", time_ns: int | None = None) -> None:
@@ -117,7 +109,7 @@ class Session:
         self.stream.note(Event(time_ns=time_ns, source=source, kind=kind, detail=detail))
 
     def finish_step(self, result: StepResult, time_ns: int) -> None:
-        """Keep a measured step, write its indicators and tell whoever wants to know."""
+        """Keep a measured step, write its indicators, tell whoever wants to know, and end the recorded stretch."""
         self.steps.append(result)
         values = {"voltage": (result.voltage_V, "V"), "frequency": (result.frequency_Hz, "Hz")}
         for name, phasor in result.phasors.items():
@@ -126,6 +118,7 @@ class Session:
             self.recorder.indicator(Indicator(name=name, time_ns=time_ns, value=value, unit=unit))
         if self._on_step is not None:
             self._on_step(result)
+        self.recorder.close()
 
     def window(self, start_ns: int, duration_s: float) -> dict[str, Series]:
         """All channels of a window of any length; waits for it in pieces of a second, so that progress is seen."""

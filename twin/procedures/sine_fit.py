@@ -43,7 +43,7 @@ def fit_sine(
     harmonics: int = 5,
     modulation: int = 0,
 ) -> SineFit:
-    """Fit mean, fundamental and harmonics.
+    """Fit mean, fundamental and harmonics; ValueError if fewer samples are left than unknowns.
 
     Parameters
     ----------
@@ -58,11 +58,6 @@ def fit_sine(
     modulation
         Order of the slow change of the fundamental that is fitted too, so that a transient is not taken for noise.
         The phasor stays the window's mean.
-
-    Raises
-    ------
-    ValueError
-        If fewer samples are left than unknowns.
     """
     highest = max(1, min(harmonics, int(0.45 * sample_rate_Hz / frequency_Hz)))
     values = np.asarray(samples, dtype=np.float64)

@@ -28,7 +28,6 @@ def run_sine_step(session: Session, step: SineStep, *, sample_rate_Hz: float) ->
     if abs(result.amplitude_error) > step.tolerance:
         session.note("not-held", _not_held(session, result), source=result.target_channel)
     session.finish_step(result, end_ns)
-    session.recorder.close()
     return result
 
 

@@ -160,12 +160,11 @@ class _Runner:
         session.stream.wait(end_ns)
         session.finish_step(
             StepResult(
-                sweep=sweep, index=index, frequency_Hz=frequency_Hz, target_channel=self._target_channel,
-                target_amplitude=0.0, voltage_V=0.0, amplitude=0.0, settle_s=0.0, measure_s=procedure.duration,
+                **vars(place), frequency_Hz=frequency_Hz, voltage_V=0.0, amplitude=0.0, settle_s=0.0,
+                measure_s=procedure.duration,
             ),
             end_ns,
         )  # fmt: skip
-        session.recorder.close()
 
     def _end(self, state: StepState) -> None:
         session = self._session

@@ -99,12 +99,7 @@ class Stream:
     def wait(self, until_ns: int, *, timeout_s: float = 2.0) -> None:
         """Read until every device has passed a time.
 
-        Raises
-        ------
-        TimeoutError
-            If nothing comes, or one device stays behind the others.
-        GuardTrip
-            If a sample passes its limit.
+        TimeoutError if nothing comes, or one device stays behind the others; GuardTrip if a sample passes its limit.
         """
         while min(self._end_ns.values()) < until_ns:
             for block in self._acquisition.read(timeout_s=timeout_s):

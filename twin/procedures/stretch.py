@@ -23,18 +23,13 @@ class Size(Level):
 
 
 class Passing:
-    """A stretch in pieces, of which one is in memory at a time, however long it is.
-
-    Attributes
-    ----------
-    sizes : dict of Size
-        Of all channels, as far as they were taken.
-    """
+    """A stretch in pieces, of which one is in memory at a time, however long it is."""
 
     def __init__(self, session: Session, start_ns: int, duration_s: float) -> None:
         self._session, self._start_ns, self._duration_s = session, start_ns, duration_s
         self._taken_s = 0.0
         self.sizes: dict[str, Size] = {}
+        """Of all channels, as far as they were taken."""
 
     def take(self, until_ns: int | None = None) -> dict[str, Size]:
         """Take the pieces that end before a time; all, waiting for them, without one."""
@@ -76,14 +71,12 @@ def finish(
     end_ns = session.stream.latest_ns
     session.finish_step(
         StepResult(
-            sweep=place.sweep, index=place.index, frequency_Hz=0.0, target_channel=place.target_channel,
-            target_amplitude=place.target_amplitude, voltage_V=voltage_V, amplitude=amplitude, settle_s=settle_s,
+            **vars(place), frequency_Hz=0.0, voltage_V=voltage_V, amplitude=amplitude, settle_s=settle_s,
             measure_s=duration_s, settled=settled, remaining=remaining, peak_frequency_Hz=peak_frequency_Hz,
             peak={n: one.largest for n, one in sizes.items() if follows_excitation(session.channels[n].quantity)},
         ),
         end_ns,
     )  # fmt: skip
-    session.recorder.close()
     session.mark(place, StepState.DONE, end_ns, 0.0)
 
 

@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
-from recordings.directions import unit_vector
+from recordings.directions import Towards
 from recordings.numbers import NonNegative, Positive
 from recordings.toml_input import Name, Table
 
@@ -116,13 +116,7 @@ class Point(Table):
     name: Name
     part: Name
     at: NonNegative
-    direction: str | list[float] = "+y"
-
-    @field_validator("direction")
-    @classmethod
-    def _is_unit(cls, value: str | list[float]) -> str | list[float]:
-        unit_vector(value)
-        return value
+    direction: Towards = "+y"
 
 
 class Hammer(Table):

@@ -10,7 +10,7 @@ from twin.rehearsal.limits import LIMITS
 
 
 def band_numbers(frequency_Hz: NDArray[Any], size: NDArray[Any]) -> NDArray[np.intp]:
-    """Number the resonances of a sweep from the lowest, 0, and give each step the number of its own.
+    """Number the resonances of a sweep from the lowest, 0, and give each step the number of its own, (s,).
 
     Steps with a gap between them belong to different resonances; so do the steps on either side of the smallest
     response between two peaks.
@@ -19,10 +19,6 @@ def band_numbers(frequency_Hz: NDArray[Any], size: NDArray[Any]) -> NDArray[np.i
     ----------
     frequency_Hz, size : ndarray, (s,)
         Of each step: its frequency, and how large the response is per force, in any unit.
-
-    Returns
-    -------
-    ndarray of int, (s,)
     """
     numbers = np.zeros(len(frequency_Hz), np.intp)
     count = 0

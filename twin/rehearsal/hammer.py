@@ -17,10 +17,7 @@ def point_places(procedure: Impact) -> dict[str, Place]:
 def hammered_twin(rig: Rig, procedure: Impact, *, preload: str, seed: int) -> HammeredBench:
     """One assembly of the rig, at rest, its shaker taken off.
 
-    Raises
-    ------
-    ValueError
-        If the rig cannot be built, or has no such point.
+    ValueError if the rig cannot be built, or has no such point.
     """
     rig = assembled(rig, seed=seed)
     places = [*point_places(procedure).values()]

@@ -14,37 +14,25 @@ from twin.structure.plausibility import unlikely_units
 
 @dataclass(frozen=True, kw_only=True)
 class NominalRig:
-    """What is assumed of the rig beside its samples, and what the recording should say of it.
-
-    Attributes
-    ----------
-    rig_name, rig_file
-        For the ``run`` record and its attachment.
-    preload
-        ``preload_N`` or ``preload_Nm`` of the ``run`` record, where known.
-    damping_ratio
-        Of the least damped mode.
-    bits
-        The converter's.
-    drive_limits
-        By the channel that shows each.
-    branches
-        Predicted curves, as :func:`twin.rehearsal.branch_tables` gives them: where they fold, a sweep jumps.
-    implausible
-        What the rig's file is unlikely to mean.
-    modes
-        Natural frequencies of the file's structure, Hz, with their damping ratios.
-    """
+    """What is assumed of the rig beside its samples, and what the recording should say of it."""
 
     rig_name: str = ""
     rig_file: bytes = b""
+    """For the ``run`` record and its attachment."""
     preload: Mapping[str, str] = field(default_factory=dict)
+    """``preload_N`` or ``preload_Nm`` of the ``run`` record, where known."""
     damping_ratio: float | None = None
+    """Of the least damped mode."""
     bits: int | None = None
+    """The converter's."""
     drive_limits: Mapping[str, float] = field(default_factory=dict)
+    """By the channel that shows each."""
     branches: Sequence[Mapping[str, Any]] = ()
+    """Predicted curves, as :func:`twin.rehearsal.branch_tables` gives them: where they fold, a sweep jumps."""
     implausible: Sequence[str] = ()
+    """What the rig's file is unlikely to mean."""
     modes: Sequence[tuple[float, float]] = ()
+    """Natural frequencies of the file's structure, Hz, with their damping ratios."""
 
     @classmethod
     def of(cls, rig: Rig, *, preload: str, branches: Sequence[Mapping[str, Any]] = ()) -> NominalRig:

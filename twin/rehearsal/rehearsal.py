@@ -21,46 +21,32 @@ from twin.rehearsal.nominal import NominalRig
 
 @dataclass(frozen=True, kw_only=True)
 class Caution:
-    """A warning of a rehearsal.
-
-    Attributes
-    ----------
-    kind
-        ``dwell-too-short``, ``sweep-too-fast``, ``grid-too-coarse``, ``overload``, ``limit-reached``,
-        ``force-drop-out`` (too low) or ``force-too-high``, ``response-drop-out`` or ``response-too-high`` where the
-        response is held, ``jump-ahead``, ``noise-floor``, ``quantisation``, ``branch-ends-early``, ``too-short`` or
-        ``implausible-rig``.
-    severity
-        ``stop``: the procedure must not be run like this.  ``warning``: its data would mislead.  ``note``: the
-        procedure is right, its reader should know.
-    sweep, index, frequency_Hz
-        The worst step; no sweep where it is about none.
-    steps
-        How many steps of the sweep are concerned.
-    reason, advice
-        What is wrong, with figures; what to change.
-    changes
-        Fields of the procedure with the values that the advice means; None removes a field.
-    channel
-        Whose signal it is about, where it is about one.
-    size
-        How bad the worst step is, comparable within a kind.
-    cases
-        All that it stands for, where it stands for several that differ in sweep and channel.
-    """
+    """A warning of a rehearsal."""
 
     kind: str
+    """``dwell-too-short``, ``sweep-too-fast``, ``grid-too-coarse``, ``overload``, ``limit-reached``, ``force-drop-out``
+    (too low) or ``force-too-high``, ``response-drop-out`` or ``response-too-high`` where the response is held,
+    ``jump-ahead``, ``noise-floor``, ``quantisation``, ``branch-ends-early``, ``too-short`` or ``implausible-rig``."""
     severity: Literal["stop", "warning", "note"]
+    """``stop``: the procedure must not be run like this.  ``warning``: its data would mislead.  ``note``: the procedure
+    is right, its reader should know."""
     sweep: str
     index: int
     frequency_Hz: float
+    """The worst step; no sweep where it is about none."""
     steps: int
+    """How many steps of the sweep are concerned."""
     reason: str
     advice: str
+    """What is wrong, with figures; what to change."""
     changes: Mapping[str, Any] = field(default_factory=dict)
+    """Fields of the procedure with the values that the advice means; None removes a field."""
     channel: str = ""
+    """Whose signal it is about, where it is about one."""
     size: float = 0.0
+    """How bad the worst step is, comparable within a kind."""
     cases: tuple[Caution, ...] = ()
+    """All that it stands for, where it stands for several that differ in sweep and channel."""
 
     @property
     def place(self) -> str:

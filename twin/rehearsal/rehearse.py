@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from recordings import InputError, RunWriter
+from recordings.errors import blamed_on
 from recordings.streams import Acquisition, SampleSource
 from twin.bench import drive_limits, open_bench
 from twin.procedures import (
@@ -66,7 +67,7 @@ def open_twin(
     InputError
         If the rig cannot be built, or has not the channels or the rate that the procedure asks for.
     """
-    try:
+    with blamed_on(source):
         bench: SampleSource
         if isinstance(procedure, Impact):
             bench = hammered_twin(rig, procedure, preload=preload, seed=seed)
@@ -75,8 +76,6 @@ def open_twin(
                 rig, preload=preload, seed=seed, sample_rate_Hz=procedure.sample_rate,
                 monitors=tuple(drive_limits(rig)),
             )  # fmt: skip
-    except ValueError as error:
-        raise InputError(source, "", str(error)) from error
     check_channels(procedure, bench.channels, source=named)
     check_rate(procedure, bench.sample_rate_Hz, source=named)
     return bench

@@ -1,6 +1,6 @@
 """Rigs as data: what the experimenter believes of a structure, its joints, shaker, sensors and converter."""
 
-from twin.rigs.lap_joint import Joint, LapJointRig, Sensor
+from twin.rigs.lap_joint import LapJointRig, Sensor
 from twin.rigs.layout import (
     BeamPart,
     Dof,
@@ -24,7 +24,6 @@ __all__ = [
     "BeamPart",
     "Dof",
     "Effect",
-    "Joint",
     "LapJointRig",
     "LawOfRig",
     "LawTable",

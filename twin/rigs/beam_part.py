@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
-from recordings.directions import Vector, cosine, unit_vector
+from recordings.directions import Towards, Vector, cosine, unit_vector
 from recordings.numbers import Density, Finite, Length, Modulus, NonNegative, Positive
 from recordings.toml_input import Name, Table
 from twin.rigs.limits import LIMITS
@@ -64,15 +64,8 @@ class BeamPart(BeamSection):
     """J, m4; left out, that of the rectangle."""
     poisson_ratio: Annotated[float, Field(gt=-1, lt=0.5)] = 0.3
     """For torsion: G = E / (2 (1 + poisson_ratio))."""
-    thickness_direction: str | list[float] | None = None
+    thickness_direction: Towards | None = None
     """Where the thickness of a beam in space is measured; left out, across it and level, or +y of an upright beam."""
-
-    @field_validator("thickness_direction")
-    @classmethod
-    def _is_unit(cls, value: str | list[float] | None) -> str | list[float] | None:
-        if value is not None:
-            unit_vector(value)
-        return value
 
     @model_validator(mode="after")
     def _is_a_beam(self) -> BeamPart:

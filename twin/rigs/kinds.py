@@ -4,11 +4,11 @@ from pathlib import Path
 
 import tomli_w
 
-from recordings.toml_input import Question, read_toml, shipped_or_file
+from recordings.toml_input import read_toml, shipped_or_file
 from twin.rigs.beam import BeamRig
 from twin.rigs.modal import ModalRig
 from twin.rigs.rig import Rig
-from twin.rigs.store import FILES, load_rig, save_rig
+from twin.rigs.store import FILES, KindOfRig, load_rig, save_rig
 
 AnyRig = Rig | BeamRig | ModalRig
 
@@ -16,26 +16,17 @@ KINDS: dict[object, type[BeamRig] | type[ModalRig]] = {"beam": BeamRig, "modal":
 """Rigs that have no structure with drive and sensors, by the ``kind`` that their file names."""
 
 
-class _Kind(Question):
-    """Any rig's first question; a wrong type of answer is for the full model to refuse."""
-
-    kind: object = "structure"
-
-
 def kind_of(name_or_path: str | Path) -> type[BeamRig] | type[ModalRig] | None:
     """Which of :data:`KINDS` a shipped rig or a TOML file is; None for a structure, and where there is no file."""
     path = FILES.get(str(name_or_path), Path(name_or_path))
-    kind = read_toml(path, _Kind).kind if path.is_file() else None
+    kind = read_toml(path, KindOfRig).kind if path.is_file() else None
     return KINDS.get(kind) if isinstance(kind, str) else None
 
 
 def load_any_rig(name_or_path: str | Path) -> AnyRig:
     """A shipped rig by name, or a rig file, of any kind.
 
-    Raises
-    ------
-    InputError
-        If there is no such rig or file, or it does not describe a rig.
+    InputError if there is no such rig or file, or it does not describe a rig.
     """
     path = shipped_or_file(name_or_path, FILES, "rig")
     kind = kind_of(path)

@@ -157,35 +157,23 @@ class Damper(Link):
 
 @dataclass(frozen=True)
 class Place:
-    """A point of a part and a direction there.
-
-    Attributes
-    ----------
-    at
-        Metres along a beam from its start, or a node number of a part given by matrices.
-    direction : tuple of float, (3,)
-        Unit vector.
-    between : tuple of (int, float)
-        Nodes and their shares in the motion of a place between them; empty at a node or on a beam.
-    reads
-        ``displacement`` in that direction, or ``strain`` along a beam at the surface that faces in that direction.
-    """
+    """A point of a part and a direction there."""
 
     part: str
     at: float
+    """Metres along a beam from its start, or a node number of a part given by matrices."""
     direction: tuple[float, float, float]
+    """Unit vector, (3,)."""
     between: tuple[tuple[int, float], ...] = ()
+    """Nodes and their shares in the motion of a place between them; empty at a node or on a beam."""
     reads: str = "displacement"
+    """``displacement`` in that direction, or ``strain`` along a beam at the surface that faces in that direction."""
 
     def faces_against(self, recorded: str) -> bool:
         """Whether a recording's direction points against this one.
 
         Recordings of programs that know +y and -y alone say -y of what measures against the sum of the axes.
-
-        Raises
-        ------
-        ValueError
-            If the two lie across each other.
+        ValueError if the two lie across each other.
         """
         along = cosine(recorded, self.direction)
         if abs(along) > LIMITS.layout_across:
@@ -215,28 +203,21 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Layout:
-    """A structure's parts and how they hang together.
-
-    Attributes
-    ----------
-    stretches
-        Beams, or pieces of them, one behind the other: a number of metres along them is a place.
-    passable
-        Whether the end of a stretch is where the next begins, so that what is moved may pass from one to the next.
-    folder
-        Where the parts' files lie; None where nobody knows.
-    """
+    """A structure's parts and how they hang together."""
 
     parts: tuple[Part, ...]
     supports: tuple[Support, ...]
     joints: tuple[ThinLayer, ...]
     ties: tuple[Tie, ...]
     stretches: tuple[Stretch, ...]
+    """Beams, or pieces of them, one behind the other: a number of metres along them is a place."""
     passable: bool = False
+    """Whether the end of a stretch is where the next begins, so that what is moved may pass from one to the next."""
     masses: tuple[PointMass, ...] = ()
     springs: tuple[Spring, ...] = ()
     dampers: tuple[Damper, ...] = ()
     folder: Path | None = field(default=None, compare=False)
+    """Where the parts' files lie; None where nobody knows."""
 
     @property
     def beams(self) -> tuple[BeamPart, ...]:
@@ -287,13 +268,7 @@ class Layout:
         return sum(stretch.length for stretch in self.stretches)
 
     def place(self, position_m: float) -> Place:
-        """The place so many metres along the stretches, across its beam.
-
-        Raises
-        ------
-        ValueError
-            If it lies beyond their ends.
-        """
+        """The place so many metres along the stretches, across its beam; ValueError if it lies beyond their ends."""
         left = position_m
         for stretch in self.stretches:
             if left <= stretch.length + LIMITS.layout_rounded_m and left >= -LIMITS.layout_rounded_m:

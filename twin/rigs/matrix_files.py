@@ -22,25 +22,17 @@ PAIR_LIMIT = 10_000
 
 @dataclass(frozen=True, eq=False)
 class PartMatrices:
-    """A part by its matrices.
-
-    Attributes
-    ----------
-    M, K : sparse, (n, n)
-        Symmetric mass and stiffness; kg and N/m, for rotations kg m2 and N m/rad.
-    nodes : ndarray of int, (k,)
-        Numbers of the nodes, rising.
-    coordinates : ndarray, (k, 3)
-        Where they are, m.
-    rows : dict
-        Row of the matrices of (node, dof), dof one of `DOFS`; rows of no node are internal.
-    """
+    """A part by its matrices."""
 
     M: csr_array
     K: csr_array
+    """Symmetric mass and stiffness, (n, n); kg and N/m, for rotations kg m2 and N m/rad."""
     nodes: Integers
+    """Numbers of the nodes, rising, (k,)."""
     coordinates: Array
+    """Where they are, m, (k, 3)."""
     rows: dict[tuple[int, str], int]
+    """Row of the matrices of (node, dof), dof one of `DOFS`; rows of no node are internal."""
 
     def row(self, node: int, dof: str) -> int | None:
         """Row of a node's degree of freedom; None where it has none."""
@@ -56,22 +48,15 @@ class PartMatrices:
 
 @dataclass(frozen=True, eq=False)
 class NodePairs:
-    """Pairs of nodes that a joint or a tie connects.
-
-    Attributes
-    ----------
-    a, b : ndarray of int, (m,)
-        Node numbers on the first and on the second part.
-    area_m2 : ndarray, (m,)
-        What a pair stands for.
-    normal : ndarray, (m, 3)
-        Unit vectors from a to b.
-    """
+    """Pairs of nodes that a joint or a tie connects."""
 
     a: Integers
     b: Integers
+    """Node numbers on the first and on the second part, (m,)."""
     area_m2: Array
+    """What a pair stands for, (m,)."""
     normal: Array
+    """Unit vectors from a to b, (m, 3)."""
 
 
 def part_matrices(layout: Layout, part: MatricesPart) -> PartMatrices:
@@ -84,11 +69,7 @@ def read_part_matrices(mass: Path, stiffness: Path, nodes: Path) -> PartMatrices
     """Read a part's matrices, in a format of :mod:`twin.rigs.matrices`, and the table of its nodes.
 
     Where a format names node and degree of freedom of every row, the table need give the nodes' places only.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, is too large, or is not what a mass, a stiffness or a table of nodes can be.
+    InputError if a file cannot be read, is too large, or is not what a mass, a stiffness or a table of nodes can be.
     """
     M, K = read_matrix_pair(mass, stiffness)
     own_mass, own_stiffness = M.matrix.diagonal(), K.matrix.diagonal()
@@ -109,10 +90,7 @@ def read_part_matrices(mass: Path, stiffness: Path, nodes: Path) -> PartMatrices
 def read_matrix_pair(mass: Path, stiffness: Path) -> tuple[FoundMatrix, FoundMatrix]:
     """A part's mass and stiffness over the same rows, with those that are held at rest in both.
 
-    Raises
-    ------
-    InputError
-        As :func:`read_part_matrices`.
+    InputError as :func:`read_part_matrices`.
     """
     M, K = read_matrix(mass, "mass"), read_matrix(stiffness, "stiffness")
     if M.labels is not None and K.labels is not None:
@@ -161,10 +139,7 @@ def _scaled(matrix: csr_array, factor: Array) -> csr_array:
 def read_pairs(path: Path) -> NodePairs:
     """Read pairs of nodes: columns node_a, node_b, area_m2, nx, ny, nz; others are ignored.
 
-    Raises
-    ------
-    InputError
-        With line and column, if the file cannot be read or a value is missing or impossible.
+    InputError with line and column, if the file cannot be read or a value is missing or impossible.
     """
     table = Columns(path, "node_a", "node_b", "area_m2", "nx", "ny", "nz", most_rows=PAIR_LIMIT)
     a, b, area = table.integers("node_a"), table.integers("node_b"), table.numbers("area_m2", above=0)

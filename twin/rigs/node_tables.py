@@ -33,29 +33,20 @@ AXES = (("x_m", "y_m", "z_m"), ("x", "y", "z"))
 
 @dataclass(frozen=True, eq=False)
 class NodeTable:
-    """Nodes, and rows of the matrices where the table gives them.
-
-    Attributes
-    ----------
-    nodes : ndarray of int, (k,)
-        Rising.
-    coordinates : ndarray, (k, 3)
-    rows : dict or None
-        Row of (node, dof), dof one of `DOFS`.
-    """
+    """Nodes, and rows of the matrices where the table gives them."""
 
     nodes: Integers
+    """Rising, (k,)."""
     coordinates: Array
+    """(k, 3)."""
     rows: dict[tuple[int, str], int] | None = None
+    """Row of (node, dof), dof one of `DOFS`."""
 
 
 def read_node_table(path: Path, *, order: int) -> NodeTable:
     """Read a table of nodes, in any format, for matrices of an order.
 
-    Raises
-    ------
-    InputError
-        With the place, if the file cannot be read or a value is missing or impossible.
+    InputError with the place, if the file cannot be read or a value is missing or impossible.
     """
     path = Path(path)
     reader = LISTS.get(path.suffix.lower())

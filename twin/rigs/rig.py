@@ -73,10 +73,7 @@ class Rig(Table, ABC):
     def driven_by(self, drive: str | None) -> Self:
         """The same rig with the shaker of that name driving; as it is for None.
 
-        Raises
-        ------
-        InputError
-            If it has none of that name with a force cell.
+        InputError if it has none of that name with a force cell.
         """
         if drive not in (None, *self.force_cells):
             has = f"the rig has {', '.join(self.force_cells)}"
@@ -99,10 +96,7 @@ class Rig(Table, ABC):
     def hit_at(self, place: Place) -> Self:
         """The same rig with its shakers and force cells taken off, and hit there by a hammer that has a force cell.
 
-        Raises
-        ------
-        ValueError
-            If there is no such place.
+        ValueError if there is no such place.
         """
 
     @property
@@ -135,13 +129,7 @@ class Rig(Table, ABC):
         return tuple(self.joints[0].preload) if self.joints else ()
 
     def preload_name(self, name: str | None = None) -> str:
-        """The named preload, or the first of the file.
-
-        Raises
-        ------
-        KeyError
-            If the rig has no such preload.
-        """
+        """The named preload, or the first of the file; KeyError if the rig has no such preload."""
         if name is None or (not name and not self.joints):
             return next(iter(self.preloads), "")
         if name not in self.preloads:

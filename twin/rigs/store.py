@@ -33,11 +33,14 @@ ORDER = ("format", "name", "lower", "upper", "part", "support", "joint", "tie", 
 """Tables of a rig file in the order in which they are read; all others follow."""
 
 
-class _First(Question):
-    """Any rig file's first questions."""
+class KindOfRig(Question):
+    """Any rig file's first question; a wrong type of answer is for the full model to refuse."""
 
-    format: int = 1
     kind: object = None
+
+
+class _First(KindOfRig):
+    format: int = 1
 
 
 def load_rig(name_or_path: str | Path) -> Rig:

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, PrivateAttr, field_validator, model_validator
 
-from recordings.directions import unit_vector
+from recordings.directions import Towards, unit_vector
 from recordings.toml_input import Name, Table
 from twin.rigs.layout import (
     At,
@@ -36,21 +36,13 @@ from twin.rigs.limits import LIMITS
 from twin.rigs.rig import Rig
 from twin.rigs.tables import Shaker, Transducer
 
-Direction = str | list[float]
-
 
 class _Placed(Table):
     """Something fixed to a part."""
 
     part: Name
     at: At
-    direction: Direction = "+y"
-
-    @field_validator("direction")
-    @classmethod
-    def _is_unit(cls, value: Direction) -> Direction:
-        unit_vector(value)
-        return value
+    direction: Towards = "+y"
 
     @property
     def place(self) -> Place:

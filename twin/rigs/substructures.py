@@ -10,9 +10,9 @@ from pydantic import Field, model_validator
 from recordings.directions import AXES
 from recordings.errors import InputError
 from recordings.numbers import Positive
-from recordings.toml_input import Name, Question, Table, read_toml, shipped_or_file
+from recordings.toml_input import Name, Table, read_toml, shipped_or_file
 from twin.rigs.layout import At, Dof
-from twin.rigs.store import FILES
+from twin.rigs.store import FILES, KindOfRig
 from twin.rigs.structure_rig import StructureRig, unique
 
 __all__ = ["Connection", "MeasuredPart", "SubstructuresRig", "load_substructures"]
@@ -100,22 +100,10 @@ class SubstructuresRig(StructureRig):
         return self
 
 
-class _Kind(Question):
-    """Which kind of rig it is."""
-
-    kind: object = None
-
-
 def load_substructures(path: str | Path) -> SubstructuresRig:
-    """A rig file of substructures.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it does not describe one.
-    """
+    """A rig file of substructures; InputError if there is no such file, or it does not describe one."""
     file = shipped_or_file(path, FILES, "rig")
-    if read_toml(file, _Kind).kind != "substructures":
+    if read_toml(file, KindOfRig).kind != "substructures":
         remedy = 'one with kind = "substructures" has a [[measured_part]] and a [[connection]]'
         raise InputError(path, "kind", "is a rig without parts known by their responses", remedy)
     return read_toml(file, SubstructuresRig).in_folder(file.parent)

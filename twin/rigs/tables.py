@@ -175,13 +175,7 @@ class NamedLaws(Table):
         return "; ".join(told + [f"over its slip it {law.sentence}" for law in self.slip])
 
     def check_moduli(self, *, E: float, G: float) -> None:
-        """See that the laws leave something of the moduli, N/m2.
-
-        Raises
-        ------
-        ValueError
-            If they take more off one than there is.
-        """
+        """See that the laws leave something of the moduli, N/m2; ValueError if they take more off one than there is."""
         for name, laws, what, modulus in (("opening", self.opening, "E'", E), ("slip", self.slip, "G'", G)):
             taken = sum(law.force.most_taken for law in laws)
             if taken > LIMITS.more_than_all * modulus:

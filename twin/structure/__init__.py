@@ -1,8 +1,8 @@
 """Structures of any parts and joints: meshes, elements, layers, assembly, modes."""
 
 from twin.structure.assembly import assemble
-from twin.structure.drawn import DrawnPart, LayerLine, drawn_parts, drawn_places, layer_lines, point_of
-from twin.structure.layer_points import LayerPoints, layer_points, points_of_joints
+from twin.structure.drawn import DrawnPart, drawn_parts, drawn_places, layer_lines, point_of
+from twin.structure.layer_points import layer_points, points_of_joints
 from twin.structure.modes import Modes, normal_modes, rigid_motions
 from twin.structure.named_rows import named_rows
 from twin.structure.node_field import NodeField
@@ -11,8 +11,6 @@ from twin.structure.structure import JointOperators, Structure
 __all__ = [
     "DrawnPart",
     "JointOperators",
-    "LayerLine",
-    "LayerPoints",
     "Modes",
     "NodeField",
     "Structure",

@@ -33,7 +33,7 @@ def per_length(length: ArrayLike) -> Matrix:
 
 
 def beam_stiffness(*, EA: float, EI: float, length: ArrayLike, shear_ratio: float = 0.0) -> Matrix:
-    """Stiffness of beam elements, DOFs (u1, v1, theta1, u2, v2, theta2).
+    """Stiffness (..., 6, 6) of beam elements, DOFs (u1, v1, theta1, u2, v2, theta2).
 
     Parameters
     ----------
@@ -43,10 +43,6 @@ def beam_stiffness(*, EA: float, EI: float, length: ArrayLike, shear_ratio: floa
         Of the element or elements, m.
     shear_ratio
         E / (kappa G).  Zero is Euler-Bernoulli, otherwise Timoshenko with the exact static shape functions.
-
-    Returns
-    -------
-    ndarray, (..., 6, 6)
     """
     L = np.asarray(length, float)[..., None, None]
     phi = 12.0 * EI / EA * shear_ratio / L**2
@@ -59,7 +55,7 @@ def beam_stiffness(*, EA: float, EI: float, length: ArrayLike, shear_ratio: floa
 def weakened_stiffness(
     *, EA: float, EI: float, length: float, weak: tuple[float, float], factor: float, shear_ratio: float = 0.0
 ) -> Matrix:
-    """Stiffness of one beam element of which a stretch is weaker, DOFs as in :func:`beam_stiffness`.
+    """Stiffness (6, 6) of one beam element of which a stretch is weaker, DOFs as in :func:`beam_stiffness`.
 
     Exact: the flexibilities of the stretches add under the linear moment of an element without loads.
 
@@ -71,10 +67,6 @@ def weakened_stiffness(
         Where the stretch begins and ends, m from the first node.
     factor
         What it has left of both stiffnesses, above zero.
-
-    Returns
-    -------
-    ndarray, (6, 6)
     """
     # Under a force and a moment at the second node, the first held: the moment at x is M + V (L - x).
     far, near = length - weak[0], length - weak[1]
@@ -90,7 +82,7 @@ def weakened_stiffness(
 
 
 def beam_mass(*, mass_per_length: float, length: ArrayLike, rotary: float = 0.0) -> Matrix:
-    """Consistent mass of beam elements, DOFs (u1, v1, theta1, u2, v2, theta2).
+    """Consistent mass (..., 6, 6) of beam elements, DOFs (u1, v1, theta1, u2, v2, theta2).
 
     Parameters
     ----------
@@ -100,10 +92,6 @@ def beam_mass(*, mass_per_length: float, length: ArrayLike, rotary: float = 0.0)
         Of the element or elements, m.
     rotary
         Rotary inertia per length, rho I in kg m; zero leaves it out.
-
-    Returns
-    -------
-    ndarray, (..., 6, 6)
     """
     L = np.asarray(length, float)[..., None, None]
     M = np.zeros((*np.shape(length), 6, 6))

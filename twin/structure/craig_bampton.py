@@ -38,26 +38,23 @@ CACHE_FOLDER, CACHE_FORMAT = ".twin-cache", 2
 
 @dataclass(frozen=True, eq=False)
 class ReducedPart:
-    """A part in r coordinates q, x = T q: the b displacements of its boundary first, then modes, then residual vectors.
-
-    Attributes
-    ----------
-    M, K : ndarray, (r, r)
-        T' M T and T' K T.
-    T : ndarray, (n, r)
-        All rows of the part, in the order of its matrices.
-    error : float
-        Largest relative error of its natural frequencies up to the highest of interest, hung free of its boundary.
-    """
+    """A part in r coordinates q, x = T q: the b displacements of its boundary, then modes, then residual vectors."""
 
     M: Matrix
     K: Matrix
+    """T' M T and T' K T, (r, r)."""
     T: Matrix
+    """All rows of the part, in the order of its matrices, (n, r)."""
     error: float
+    """Largest relative error of its natural frequencies up to the highest of interest, hung free of its boundary."""
 
 
 def craig_bampton(M: csr_array, K: csr_array, boundary: Sequence[int] | Rows, *, modes_to_Hz: float) -> ReducedPart:
     """Reduce a part, held or floating, to its boundary and its fixed-interface modes.
+
+    ValueError if a row is not one of the matrices', the frequency is not above zero, the stiffness is singular beyond
+    rigid motions or not positive semidefinite, more than `LIMITS.modes_limit` modes would have to be kept, or the
+    natural frequencies of the whole part are not met.
 
     Parameters
     ----------
@@ -67,13 +64,6 @@ def craig_bampton(M: csr_array, K: csr_array, boundary: Sequence[int] | Rows, *,
         Rows of the degrees of freedom that stay as they are, each once; none at all gives the part's own modes.
     modes_to_Hz
         Up to which frequency the reduced part must behave like the whole one.
-
-    Raises
-    ------
-    ValueError
-        If a row is not one of the matrices', the frequency is not above zero, the stiffness is singular beyond rigid
-        motions or not positive semidefinite, more than `LIMITS.modes_limit` modes would have to be kept, or the natural
-        frequencies of the whole part are not met.
     """
     M, K, rows = csr_array(M, dtype=float), csr_array(K, dtype=float), _rows(boundary, M.shape[0])
     for kept_to in (KEPT_TO, 2 * KEPT_TO):
@@ -92,12 +82,7 @@ def cached_craig_bampton(
 ) -> ReducedPart:
     """As :func:`craig_bampton`, kept in the folder ``.twin-cache`` of `folder` for the next time; None keeps nothing.
 
-    A cache that cannot be read or written, or is damaged, is as good as none.
-
-    Raises
-    ------
-    ValueError
-        As :func:`craig_bampton`.
+    A cache that cannot be read or written, or is damaged, is as good as none.  ValueError as :func:`craig_bampton`.
     """
     if folder is None:
         return craig_bampton(part.M, part.K, boundary, modes_to_Hz=modes_to_Hz)

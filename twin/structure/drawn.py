@@ -31,22 +31,15 @@ class LayerLine:
 
 @dataclass(frozen=True, eq=False)
 class DrawnPart:
-    """A part as a picture shows it.
-
-    Attributes
-    ----------
-    points : ndarray, (k, 3)
-        Coordinates of its nodes, m.
-    edges : ndarray of int, (e, 2)
-        Which of them are joined by a line.
-    rows : ndarray, (3, k, n)
-        Their displacements along x, y and z.
-    """
+    """A part as a picture shows it."""
 
     name: str
     points: Array
+    """Coordinates of its nodes, m, (k, 3)."""
     edges: NDArray[np.int64]
+    """Which of them are joined by a line, (e, 2)."""
     rows: Array
+    """Their displacements along x, y and z, (3, k, n)."""
 
 
 def drawn_parts(structure: Structure) -> tuple[DrawnPart, ...]:

@@ -110,27 +110,24 @@ def _of_pairs(
     axis = np.linalg.svd(along, full_matrices=False)[2][0]
     axis = axis * (np.sign(axis[np.argmax(np.abs(axis))]) or 1.0)
     at = along @ axis
-    normal, shear, shear_of, direction = [], [], [], []
-    for n, (a, b) in enumerate(zip(pairs.a, pairs.b, strict=True)):
-        tangent, across = _tangents(pairs.normal[n], axis)
-        normal.append(weight[n] * _difference(first, second, int(a), int(b), pairs.normal[n], size))
-        for number, vector in enumerate((tangent, across)):
-            shear.append(weight[n] * _difference(first, second, int(a), int(b), vector, size))
-            shear_of.append(n)
-            direction.append(number)
-    B_G, order, directions = np.array(shear), np.array(shear_of), np.array(direction, np.int64)
+    rows = []
+    for factor, a, b, out in zip(weight, pairs.a, pairs.b, pairs.normal, strict=True):
+        ways = (out, *_tangents(out, axis))
+        rows += [factor * _difference(first, second, int(a), int(b), way, size) for way in ways]
+    B = np.array(rows).reshape(len(weight), 3, size)
+    B_G, order = B[:, 1:].reshape(-1, size), np.repeat(np.arange(len(weight)), 2)
     moves = np.max(np.abs(B_G), axis=1) > LIMITS.joint_operators_nothing * np.max(np.abs(B_G), initial=1.0)
     kept = moves if moves.any() else np.ones(len(B_G), bool)
     reach = float(np.ptp(at)) or 1.0
     return JointOperators(
         name=joint.name,
-        B_E=np.array(normal),
+        B_E=B[:, 0],
         B_G=B_G[kept],
         normal_weight=weight,
         shear_weight=weight[order[kept]],
         normal_at=at,
         shear_at=at[order[kept]],
-        shear_direction=directions[kept],
+        shear_direction=np.tile([0, 1], len(weight))[kept],
         ends=(float(at.min()) - 1e-6 * reach, float(at.min()) + (1 + 1e-6) * reach),
         points=points,
     )

@@ -17,18 +17,15 @@ SETTLED, CLOSEST = 1e-7, 1e-9
 def layer_law_of_mode(modes: LayerModes, softening: Function, loss: Function, amplitude_m: Matrix) -> LayerPointLaw:
     """The law of the points that acts on the first mode as uniform moduli of a sensor's amplitude do.
 
+    ValueError if at some X the structure has no mode near its first, or the layer's largest opening or slip does not
+    grow with X, or no law of the points gives the mode its frequency and damping.
+
     Parameters
     ----------
     softening, loss
         g1 and g2 of X (m), N/m2.
     amplitude_m : ndarray, (n,)
         X at which to take them, rising from 0 or above: each is a knot of the result.
-
-    Raises
-    ------
-    ValueError
-        If at some X the structure has no mode near its first, or the layer's largest opening or slip does not grow
-        with X, or no law of the points gives the mode its frequency and damping.
     """
     known = _Known(modes.points)
     meant = state = modes.linear(1)

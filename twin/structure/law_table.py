@@ -22,18 +22,13 @@ def layer_table(rig: Rig, *, E: float, G: float, joint: int = 0) -> LayerLawTabl
     """The law of a joint over opening and slip: its own table, or what one over a sensor's amplitude means.
 
     The latter is what gives the first mode of this file's beams and moduli, without any effect, the same frequency and
-    damping at every amplitude; a standard deviation goes with its value.
+    damping at every amplitude; a standard deviation goes with its value.  ValueError if the rig has not the table's
+    channel, or the table is not what a law of the points could be; or if laws by name do what a table cannot say.
 
     Parameters
     ----------
     E, G
         Moduli of the linear layer, N/m2.
-
-    Raises
-    ------
-    ValueError
-        If the rig has not the table's channel, or the table is not what a law of the points could be; or if laws by
-        name do what a table cannot say.
     """
     if not rig.joints:
         return None

@@ -18,23 +18,16 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LayerPoints:
-    """Operators of p points, of one joint or of several one after the other, over n coordinates.
-
-    Attributes
-    ----------
-    opening, slip : ndarray, (p, n)
-        Rows whose products with the displacements are the opening and the slip, m.
-    opening_weight, slip_weight : ndarray, (p,)
-        Area over height, m: a modulus times its weight is a stiffness.
-    joint : ndarray of int, (p,)
-        Number of the joint that each belongs to.
-    """
+    """Operators of p points, of one joint or of several one after the other, over n coordinates."""
 
     opening: Matrix
     slip: Matrix
+    """Rows whose products with the displacements are the opening and the slip, m, (p, n)."""
     opening_weight: Matrix
     slip_weight: Matrix
+    """Area over height, m, (p,): a modulus times its weight is a stiffness."""
     joint: NDArray[np.int64]
+    """Number of the joint that each belongs to, (p,)."""
 
     @property
     def rows(self) -> Matrix:

@@ -84,8 +84,6 @@ class Limits:
     node_field_across: float = 1e-6
     """What a unit vector may lack of its length in the directions in which nodes move."""
     # own_harmonics.py
-    run_out: float = 0.1
-    """Share of the last knot's opening over which the softening levels off beyond it."""
     own_harmonics_relaxation: float = 0.6
     """Share of what is missed that a turn corrects: the whole swings where the layer has hardly any stiffness left."""
     # sparse.py

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from twin.rigs import Layout, MatricesPart, Rig
 from twin.rigs.matrix_files import NodePairs, PartMatrices, part_matrices, read_pairs
 from twin.structure.craig_bampton import ReducedPart, cached_craig_bampton
@@ -22,18 +22,13 @@ TRANSLATIONS_AND_ROTATIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 @dataclass(frozen=True, eq=False)
 class MatrixCoordinates:
-    """Coordinates of a reduced part.
-
-    Attributes
-    ----------
-    first : int
-        Number of its first coordinate among all displacements of the structure.
-    """
+    """Coordinates of a reduced part."""
 
     part: MatricesPart
     matrices: PartMatrices
     reduced: ReducedPart
     first: int
+    """Number of its first coordinate among all displacements of the structure."""
 
     @property
     def size(self) -> int:
@@ -104,17 +99,14 @@ def node_pairs(layout: Layout, name: str, *, where: str, parts: Sequence[PartMat
 def reduced_parts(layout: Layout, rig: Rig, *, first: int) -> tuple[MatrixCoordinates, ...]:
     """The layout's parts given by matrices, reduced to what is attached to them and to their lowest modes.
 
+    InputError if a file cannot be read or does not fit.
+
     Parameters
     ----------
     rig
         Whose shaker and sensors are attached.
     first
         Number of the first coordinate.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read or does not fit.
     """
     found: list[MatrixCoordinates] = []
     read = {part.name: part_matrices(layout, part) for part in layout.parts if isinstance(part, MatricesPart)}
@@ -133,12 +125,10 @@ def reduced_parts(layout: Layout, rig: Rig, *, first: int) -> tuple[MatrixCoordi
             row for node in nodes for name in TRANSLATIONS_AND_ROTATIONS
             if (row := matrices.row(node, name)) is not None
         ]  # fmt: skip
-        try:
+        with blamed_on(layout.file(part.stiffness, part.name), f"part {part.name!r}"):
             reduced = cached_craig_bampton(
                 matrices, np.array(rows, np.int64), modes_to_Hz=part.modes_to_Hz, folder=layout.folder
             )
-        except ValueError as error:
-            raise InputError(layout.file(part.stiffness, part.name), f"part {part.name!r}", str(error)) from error
         found.append(MatrixCoordinates(part, matrices, reduced, first))
         first += found[-1].size
     return tuple(found)

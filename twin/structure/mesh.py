@@ -19,22 +19,15 @@ PLANE_DOFS, SPACE_DOFS = ("x", "y", "rz"), ("x", "y", "z", "rx", "ry", "rz")
 
 @dataclass(frozen=True, eq=False)
 class BeamMesh:
-    """A beam's nodes, and where its displacements stand among all.
-
-    Attributes
-    ----------
-    s : ndarray, (k,)
-        Metres along the beam.
-    first : int
-        Number of its first degree of freedom; a node has `dofs`.
-    near : float
-        So far from a node a place may lie that is to have it, m.
-    """
+    """A beam's nodes, and where its displacements stand among all."""
 
     part: BeamPart
     s: Array
+    """Metres along the beam, (k,)."""
     first: int
+    """Number of its first degree of freedom; a node has `dofs`."""
     near: float
+    """So far from a node a place may lie that is to have it, m."""
 
     @property
     def dofs(self) -> tuple[str, ...]:

@@ -43,26 +43,19 @@ class ComplexMode:
 
 @dataclass(frozen=True, eq=False)
 class LayerModes:
-    """A structure in few coordinates: its lowest modes, and the statics of forces on its layer.
-
-    Attributes
-    ----------
-    squares : ndarray, (m,)
-        Of the elastic natural frequencies with the linear layer, (rad/s)^2, which are the diagonal of the stiffness.
-    K_E, K_G : ndarray, (m, m)
-        Stiffness of the layer per unit of E' and of G'.
-    rows, weights : ndarray, (2 p, m), (2 p,)
-        Of the layer's points, openings before slips.
-    sensor : ndarray, (m,)
-        Row of the deflection whose amplitude X is.
-    """
+    """A structure in few coordinates: its lowest modes, and the statics of forces on its layer."""
 
     squares: Matrix
+    """Of the elastic natural frequencies with the linear layer, (rad/s)^2, which are the diagonal of the stiffness,
+    (m,)."""
     K_E: Matrix
     K_G: Matrix
+    """Stiffness of the layer per unit of E' and of G', (m, m)."""
     rows: Matrix
     weights: Matrix
+    """Of the layer's points, openings before slips, (2 p, m), (2 p,)."""
     sensor: Matrix
+    """Row of the deflection whose amplitude X is, (m,)."""
 
     @staticmethod
     def of(
@@ -167,35 +160,30 @@ class LayerModes:
 
 @dataclass(frozen=True)
 class ModeFunctions:
-    """Uniform moduli E' - softening and G' + j loss that act on one mode as the law of the points does.
-
-    Attributes
-    ----------
-    amplitude_m : ndarray, (n,)
-        X: the sensor's acceleration amplitude over the square of the mode's natural frequency with the linear layer.
-    softening, loss : ndarray, (n,)
-        N/m2; NaN where no uniform moduli do.
-    eigenvalue : ndarray, (n,)
-        Of the mode, (rad/s)^2.
-    motion_m : ndarray, (n, 2 p)
-        Openings, then slips of the points.
-    by_moduli : ndarray, (n, 2, 2 p)
-        Derivatives of softening and loss by the softening at each point's opening and by the loss at each point's slip,
-        once the points' motion has followed: times the law's basis at `motion_m` they are those by the law's values.
-    """
+    """Uniform moduli E' - softening and G' + j loss that act on one mode as the law of the points does."""
 
     amplitude_m: Matrix
+    """X, (n,): the sensor's acceleration amplitude over the square of the mode's natural frequency with the linear
+    layer."""
     softening: Matrix
     loss: Matrix
+    """N/m2, (n,); NaN where no uniform moduli do."""
     eigenvalue: Complex
+    """Of the mode, (rad/s)^2, (n,)."""
     motion_m: Matrix
+    """Openings, then slips of the points, (n, 2 p)."""
     by_moduli: Matrix
+    """Derivatives of softening and loss by the softening at each point's opening and by the loss at each point's slip,
+    once the points' motion has followed, (n, 2, 2 p): times the law's basis at `motion_m` they are those by the law's
+    values."""
 
 
 def mode_functions(
     modes: LayerModes, softening: Function, loss: Function, amplitude_m: Matrix, *, number: int = 1
 ) -> ModeFunctions:
     """What a law of the points is to one mode.
+
+    ValueError if at some amplitude the structure has no mode near the linear one of this number.
 
     Parameters
     ----------
@@ -205,11 +193,6 @@ def mode_functions(
         X of :class:`ModeFunctions`, rising from 0 or above.
     number
         Of the mode, from 1.
-
-    Raises
-    ------
-    ValueError
-        If at some amplitude the structure has no mode near the linear one of this number.
     """
     X = np.asarray(amplitude_m, float)
     p = modes.points

@@ -36,11 +36,7 @@ class ModelledRig:
 def modelled_rig(rig: Rig, *, preload: str | None = None) -> ModelledRig:
     """Assemble a rig and solve for its modes.
 
-    Raises
-    ------
-    InputError
-        If a file of a part given by matrices cannot be read or does not fit.
-    KeyError
-        If the rig has no such preload.
+    InputError if a file of a part given by matrices cannot be read or does not fit; KeyError if the rig has no such
+    preload.
     """
     return ModelledRig.of(rig, assemble(rig), *rig.moduli_values(preload))

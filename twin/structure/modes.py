@@ -68,7 +68,8 @@ def bending_modes(
 ) -> Modes:
     """At least so many bending modes, from the lowest, without a gap.
 
-    More than half of a bending mode's kinetic energy is transverse, and it is no rigid-body motion.
+    More than half of a bending mode's kinetic energy is transverse, and it is no rigid-body motion.  ValueError if the
+    model has fewer.
 
     Parameters
     ----------
@@ -77,11 +78,6 @@ def bending_modes(
         Degrees of freedom that move across the beams.
     shift
         As of :func:`shifted_modes`, which is used with it.
-
-    Raises
-    ------
-    ValueError
-        If the model has fewer.
     """
     count = min(len(M), 2 * least + 8)
     modes = normal_modes(M, K, count) if shift is None else shifted_modes(M, K, count, shift=shift)

@@ -20,21 +20,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class NodeField:
-    """Nodes by their coordinates along a part's principal directions.
-
-    Attributes
-    ----------
-    nodes : ndarray of int, (n,)
-        Their numbers; of those that lie one above the other in a thin part the outermost.
-    coordinates : ndarray, (n, d)
-        Along the d directions in which the part extends, from the least node on, m.
-    across : tuple of (3,)
-        Unit vectors in which something that pushes may push: across a thin part, else along the axes.
-    """
+    """Nodes by their coordinates along a part's principal directions."""
 
     nodes: NDArray[np.int64]
+    """Their numbers, (n,); of those that lie one above the other in a thin part the outermost."""
     coordinates: Array
+    """Along the d directions in which the part extends, from the least node on, m, (n, d)."""
     across: tuple[tuple[float, float, float], ...]
+    """Unit vectors in which something that pushes may push, (3,): across a thin part, else along the axes."""
 
     @staticmethod
     def of(
@@ -77,13 +70,7 @@ class NodeField:
         return int(self.nodes[np.argmin(np.linalg.norm(self.coordinates - position_m, axis=1))])
 
     def position(self, node: int) -> Array:
-        """Coordinates (d,) of a node.
-
-        Raises
-        ------
-        ValueError
-            If the field has no such node.
-        """
+        """Coordinates (d,) of a node; ValueError if the field has no such node."""
         found = np.flatnonzero(self.nodes == node)
         if not len(found):
             raise ValueError(f"there is no node {node}")

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from twin.arrays import Array
-from twin.joint import ForceTable, table_from_stiffness
+from twin.joint import table_of_softening
 from twin.structure.limits import LIMITS
 from twin.structure.mode_law import LayerModes, mode_functions
 from twin.structure.point_law import Curve, LayerPointLaw
@@ -69,7 +69,9 @@ def _surroundings(modes: LayerModes, law: LayerPointLaw, X: Array) -> tuple[Arra
 
 def _acting(table: Curve, motion: Array, secant: Array, weights: Array, compliance: Array) -> Array:
     """Softening (x, p) that acts on the fundamentals, with the openings' harmonics in balance with the force's."""
-    force = _force(table, 2.0 * max(table.knots[-1], float(np.abs(motion).max())))
+    last_m = float(table.knots[-1])
+    limit_m = 2.0 * max(last_m, float(np.abs(motion).max()))
+    force = table_of_softening(table, lambda x: table.by_log(x) / np.maximum(x, 1e-300), last_m, limit_m=limit_m)
     theta = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
     onto, back = np.exp(-1j * np.outer(theta, ORDERS)) * 2 / SAMPLES, np.exp(1j * np.outer(ORDERS, theta))
     sine = (motion[:, :, None] * np.exp(1j * theta)).real
@@ -83,23 +85,3 @@ def _acting(table: Curve, motion: Array, secant: Array, weights: Array, complian
             break
     first = force.force_history(sine + (o @ back).real) @ np.exp(-1j * theta) * 2 / SAMPLES
     return np.asarray(-(first / motion).real)
-
-
-def _force(table: Curve, limit_m: float) -> ForceTable:
-    """The odd, single-valued force with this describing function, which levels off beyond the last knot.
-
-    A corner there would be met by the harmonics of a sine that hardly reaches it.
-    """
-    last, run_out = table.knots[-1], LIMITS.run_out * table.knots[-1]
-    steep = float(table.by_log(last)) / last
-
-    def left(x: Array) -> Array:
-        return np.exp(-np.maximum(x - last, 0.0) / run_out)
-
-    def softening(x: Array) -> Array:
-        return -(table(x) + steep * run_out * (1 - left(x)))
-
-    def slope(x: Array) -> Array:
-        return -np.where(x < last, table.by_log(x) / np.maximum(x, 1e-300), steep * left(x))
-
-    return table_from_stiffness(softening, slope, limit_m=limit_m)

@@ -12,15 +12,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A piecewise cubic function of amplitude, constant before its first knot and after its last.
-
-    Attributes
-    ----------
-    knots, values : ndarray, (k,)
-    """
+    """A piecewise cubic function of amplitude, constant before its first knot and after its last."""
 
     knots: Array
     values: Array
+    """(k,)."""
 
     def __call__(self, amplitude: Array) -> Array:
         """Values at amplitudes of any shape."""

@@ -26,34 +26,24 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class JointOperators:
-    """Strain operators of a joint's layer.
-
-    Attributes
-    ----------
-    B_E, B_G : ndarray, (r, n), (q, n)
-        KE = B_E' B_E and KG = B_G' B_G.
-    normal_weight, shear_weight : ndarray, (r,), (q,)
-        B_E / normal_weight is the opening in metres, B_G / shear_weight the slip.
-    normal_at, shear_at : ndarray, (r,), (q,)
-        Where along the joint its points lie, m.
-    shear_direction : ndarray of int, (q,)
-        In which of the layer's directions a row slips: 0, or 1 across it.
-    ends : tuple of float
-        Where the layer begins and ends on that scale.
-    points : ndarray, (r, 3)
-        Coordinates of the normal points, m.
-    """
+    """Strain operators of a joint's layer."""
 
     name: str
     B_E: Matrix
     B_G: Matrix
+    """KE = B_E' B_E and KG = B_G' B_G, (r, n) and (q, n)."""
     normal_weight: Matrix
     shear_weight: Matrix
+    """B_E / normal_weight is the opening in metres, B_G / shear_weight the slip, (r,) and (q,)."""
     normal_at: Matrix
     shear_at: Matrix
+    """Where along the joint its points lie, m, (r,) and (q,)."""
     shear_direction: NDArray[np.int64]
+    """In which of the layer's directions a row slips, (q,): 0, or 1 across it."""
     ends: tuple[float, float]
+    """Where the layer begins and ends on that scale."""
     points: Matrix
+    """Coordinates of the normal points, m, (r, 3)."""
 
     @property
     def KE(self) -> Matrix:
@@ -93,34 +83,23 @@ class JointOperators:
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """A structure in n coordinates.
-
-    Attributes
-    ----------
-    sparse_M, sparse_K0 : csr_array, (n, n)
-        Mass with the sensors' masses, and stiffness of the parts and supports without the joints.
-    B_C : ndarray, (d, n)
-        Rows of the viscous dampers between places, C = B_C' B_C; modal damping comes beside them.
-    joints : tuple of JointOperators
-        In the rig file's order.
-    layout : Layout
-        What it was made of.
-    meshes : dict
-        Beams and parts given by matrices, by name, over all displacements.
-    sparse_basis : csr_array, (N, n)
-        All displacements of the parts from the coordinates,
-    free : ndarray of int, (n,)
-        which are these displacements themselves.
-    """
+    """A structure in n coordinates."""
 
     sparse_M: csr_array
     sparse_K0: csr_array
+    """Mass with the sensors' masses, and stiffness of the parts and supports without the joints, (n, n)."""
     B_C: Matrix
+    """Rows of the viscous dampers between places, C = B_C' B_C, (d, n); modal damping comes beside them."""
     joints: tuple[JointOperators, ...]
+    """In the rig file's order."""
     layout: Layout
+    """What it was made of."""
     meshes: dict[str, BeamMesh | MatrixCoordinates]
+    """Beams and parts given by matrices, by name, over all displacements."""
     sparse_basis: csr_array
+    """All displacements of the parts from the coordinates, (N, n)."""
     free: NDArray[np.int64]
+    """Which of the displacements the coordinates are, (n,)."""
 
     @property
     def size(self) -> int:
@@ -159,10 +138,7 @@ class Structure:
     def row(self, place: Place) -> Matrix:
         """Row c (n,) with c x what is read at a place: the displacement in its direction, or the strain of its surface.
 
-        Raises
-        ------
-        ValueError
-            If the place is not on the structure.
+        ValueError if the place is not on the structure.
         """
         if place.reads == "strain":
             return self.strain(place)
@@ -182,10 +158,7 @@ class Structure:
     def motion(self, place: Place, dof: str) -> Matrix:
         """Row of one motion at a place: along an axis, or a rotation about one.
 
-        Raises
-        ------
-        ValueError
-            If the place does not move so, or has no rotation that is known: of beams, plane ones have.
+        ValueError if the place does not move so, or has no rotation that is known: of beams, plane ones have.
         """
         if dof in AXES:
             return self._translation(place, AXES[dof])

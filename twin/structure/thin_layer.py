@@ -24,61 +24,38 @@ class ThinLayerElement:
     """Strain operators of one element, weighted so that K = E' B_E' B_E + G' B_G' B_G.
 
     DOFs: (u1, v1, theta1, u2, v2, theta2) of the bottom beam's element, then of the top beam's.
-
-    Attributes
-    ----------
-    B_E : ndarray, (4, 12)
-        Rows sqrt(weight t / h) times the opening dv.
-    B_G : ndarray, (3, 12)
-        Rows sqrt(weight t / h) times the slip.
-    normal_weight, shear_weight : ndarray
-        The factors sqrt(weight t / h) themselves: a row divided by its factor is the opening or slip in metres.
-    normal_at, shear_at : ndarray
-        Where along the element each row is taken, 0..1.
-    shear_direction : ndarray of int, or None
-        Which way each row of B_G slips: 0 along the beams, 1 across them; None of plane beams, which slip along only.
     """
 
     B_E: NDArray[np.float64]
+    """Rows sqrt(weight t / h) times the opening dv, (4, 12)."""
     B_G: NDArray[np.float64]
+    """Rows sqrt(weight t / h) times the slip, (3, 12)."""
     normal_weight: NDArray[np.float64]
     shear_weight: NDArray[np.float64]
+    """The factors sqrt(weight t / h) themselves: a row divided by its factor is the opening or slip in metres."""
     normal_at: NDArray[np.float64]
     shear_at: NDArray[np.float64]
+    """Where along the element each row is taken, 0..1."""
     shear_direction: NDArray[np.int64] | None = None
+    """Which way each row of B_G slips: 0 along the beams, 1 across them; None of plane beams, which slip along only."""
 
 
 def thin_layer(
     *, length: float, height: float, width: float, bottom_thickness: float, top_thickness: float
 ) -> ThinLayerElement:
     """Build one element; all lengths in metres."""
-    v, du = [1, 2, 4, 5], [0, 3]
-    normal_rows, normal_weights = [], []
-    for xi, weight in zip(*gauss(LIMITS.normal_points), strict=True):
-        factor = np.sqrt(weight * length * width / height)
-        row = np.zeros(12)
-        row[v] = -deflection_shape(xi, length)
-        row[[6 + i for i in v]] = deflection_shape(xi, length)
-        normal_rows.append(factor * row)
-        normal_weights.append(factor)
-    shear_rows, shear_weights = [], []
-    for xi, weight in zip(*gauss(LIMITS.shear_points), strict=True):
-        factor = np.sqrt(weight * length * width / height)
-        row = np.zeros(12)
-        row[du] = [-(1 - xi), -xi]
-        row[[6 + i for i in du]] = [1 - xi, xi]
-        row[v] = bottom_thickness / 2 * slope_shape(xi, length)
-        row[[6 + i for i in v]] = top_thickness / 2 * slope_shape(xi, length)
-        shear_rows.append(factor * row)
-        shear_weights.append(factor)
-    return ThinLayerElement(
-        np.array(normal_rows),
-        np.array(shear_rows),
-        np.array(normal_weights),
-        np.array(shear_weights),
-        gauss(LIMITS.normal_points)[0],
-        gauss(LIMITS.shear_points)[0],
-    )
+    bottom_u, bottom_v = np.array([0, 3]), np.array([1, 2, 4, 5])
+    (normal_at, normal), (shear_at, shear) = gauss(LIMITS.normal_points), gauss(LIMITS.shear_points)
+    normal_weight, shear_weight = (np.sqrt(weight * length * width / height) for weight in (normal, shear))
+    opening, slip = np.zeros((len(normal), 12)), np.zeros((len(shear), 12))
+    for row, xi in zip(opening, normal_at, strict=True):
+        row[bottom_v], row[6 + bottom_v] = -deflection_shape(xi, length), deflection_shape(xi, length)
+    for row, xi in zip(slip, shear_at, strict=True):
+        row[bottom_u], row[6 + bottom_u] = [-(1 - xi), -xi], [1 - xi, xi]
+        row[bottom_v] = bottom_thickness / 2 * slope_shape(xi, length)
+        row[6 + bottom_v] = top_thickness / 2 * slope_shape(xi, length)
+    opening, slip = normal_weight[:, None] * opening, shear_weight[:, None] * slip
+    return ThinLayerElement(opening, slip, normal_weight, shear_weight, normal_at, shear_at)
 
 
 def space_thin_layer(

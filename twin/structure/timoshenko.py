@@ -19,7 +19,7 @@ def shear_parameter(*, radius2: float, shear_ratio: float, length: Matrix) -> Ma
 
 
 def timoshenko_mass(*, mass_per_length: float, radius2: float, length: ArrayLike, shear_ratio: float) -> Matrix:
-    """Consistent mass with rotary inertia, DOFs (u1, v1, theta1, u2, v2, theta2).
+    """Consistent mass (..., 6, 6) with rotary inertia, DOFs (u1, v1, theta1, u2, v2, theta2).
 
     Parameters
     ----------
@@ -31,10 +31,6 @@ def timoshenko_mass(*, mass_per_length: float, radius2: float, length: ArrayLike
         Of the element or elements, m.
     shear_ratio
         E / (kappa G); zero leaves Rayleigh's beam: no shear deformation, but rotary inertia.
-
-    Returns
-    -------
-    ndarray, (..., 6, 6)
     """
     L = np.asarray(length, float)[..., None, None]
     phi = shear_parameter(radius2=radius2, shear_ratio=shear_ratio, length=L)

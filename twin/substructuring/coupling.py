@@ -23,27 +23,22 @@ __all__ = ["Coupled", "couple"]
 
 @dataclass(frozen=True, eq=False)
 class Coupled:
-    """What the coupled structure does.
-
-    Attributes
-    ----------
-    receptance : ndarray of complex, (f, p, p)
-        Displacement of each port for a unit force at each port.
-    forces : ndarray of complex, (f, c, p)
-        Interface forces for the same: what holds the gaps together.
-    loads : ndarray of complex, (f, p, p)
-        All that acts on the ports of the uncoupled substructures for the same, I - B' forces.  As Y is symmetric, a
-        change dY of the substructures changes the receptance by loads' dY loads, and a change dF of the joints'
-        flexibility by forces' dF forces.
-    """
+    """What the coupled structure does."""
 
     receptance: Array
+    """Displacement of each port for a unit force at each port, complex (f, p, p)."""
     forces: Array
+    """Interface forces for the same, complex (f, c, p): what holds the gaps together."""
     loads: Array
+    """All that acts on the ports of the uncoupled substructures for the same, I - B' forces, complex (f, p, p).  As Y
+    is symmetric, a change dY of the substructures changes the receptance by loads' dY loads, and a change dF of the
+    joints' flexibility by forces' dF forces."""
 
 
 def couple(Y: Array, B: Array, flexibility: Array) -> Coupled:
     """Couple substructures.
+
+    ValueError if the interface is singular at a frequency: a gap is closed twice, or at a port that does not move.
 
     Parameters
     ----------
@@ -53,11 +48,6 @@ def couple(Y: Array, B: Array, flexibility: Array) -> Coupled:
         Each row is a gap: the motion of one end less that of the other.
     flexibility : ndarray of complex, (f, c)
         Of the joint in each gap, m/N or rad/(N m).
-
-    Raises
-    ------
-    ValueError
-        If the interface is singular at a frequency: a gap is closed twice, or at a port that does not move.
     """
     gap = B @ Y
     interface = gap @ B.T + flexibility[:, :, None] * np.eye(len(B))

@@ -22,18 +22,12 @@ __all__ = ["Expansion"]
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """How receptances of points become those of ports, Y = rest + T Y_points T'.
-
-    Attributes
-    ----------
-    rest : ndarray of complex, (f, g, g)
-        What of the ports' receptance is the model's alone.
-    transform : ndarray of complex, (f, g, p)
-        Motion of the ports for a unit motion of each point, T.
-    """
+    """How receptances of points become those of ports, Y = rest + T Y_points T'."""
 
     rest: Array
+    """What of the ports' receptance is the model's alone, complex (f, g, g)."""
     transform: Array
+    """Motion of the ports for a unit motion of each point, T, complex (f, g, p)."""
 
     @staticmethod
     def by_model(Y: Array, points: Array) -> Expansion:

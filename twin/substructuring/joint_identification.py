@@ -34,20 +34,14 @@ Gap = tuple[str, str]
 
 @dataclass(frozen=True)
 class JointValues:
-    """What the connections are.
-
-    Attributes
-    ----------
-    stiffness, stiffness_std : mapping of float
-        N/m or N m/rad, by connection and motion, without the rigid ones.
-    loss_factor, loss_std : mapping of float
-        By connection.
-    """
+    """What the connections are."""
 
     stiffness: Mapping[Gap, float]
     stiffness_std: Mapping[Gap, float]
+    """N/m or N m/rad, by connection and motion, without the rigid ones."""
     loss_factor: Mapping[str, float]
     loss_std: Mapping[str, float]
+    """By connection."""
 
     @staticmethod
     def of(parts: Substructures) -> JointValues:
@@ -61,49 +55,33 @@ class JointValues:
 
 @dataclass(frozen=True, eq=False)
 class CoupledPrediction:
-    """Coupled responses.
-
-    Attributes
-    ----------
-    frequency_Hz : ndarray, (f,)
-    H : ndarray of complex, (f, o, d)
-        Response of each sensor over the force of each drive, in SI units.
-    std : ndarray, (f, o, d)
-        Root of its complex variance: what the measurements leave open of parts and, if identified, of joints.
-    """
+    """Coupled responses."""
 
     frequency_Hz: Array
+    """(f,)."""
     H: Array
+    """Response of each sensor over the force of each drive, in SI units, complex (f, o, d)."""
     std: Array
+    """Root of its complex variance, (f, o, d): what the measurements leave open of parts and, if identified, of
+    joints."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointFit:
-    """Identified joints.
-
-    Attributes
-    ----------
-    values : JointValues
-    before, after : CoupledPrediction
-        At the lines that were fitted, (f,).
-    measured : ndarray of complex, (f, o, d)
-        NaN where nothing was measured.
-    chi2_per_dof : float
-        Standard deviations are widened by its root where it is above one.
-    parts : Substructures
-        With the measured parts' parameters as they are beside these joints.
-    covariance : ndarray, (n, n)
-        Of the logarithms of stiffnesses, the loss factors and the parts' parameters.
-    notes : tuple of str
-    """
+    """Identified joints."""
 
     values: JointValues
     before: CoupledPrediction
     after: CoupledPrediction
+    """At the lines that were fitted, (f,)."""
     measured: Array
+    """NaN where nothing was measured, complex (f, o, d)."""
     chi2_per_dof: float
+    """Standard deviations are widened by its root where it is above one."""
     parts: Substructures
+    """With the measured parts' parameters as they are beside these joints."""
     covariance: Array
+    """Of the logarithms of stiffnesses, the loss factors and the parts' parameters, (n, n)."""
     notes: tuple[str, ...]
 
     @property

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.quantities import quantity
 from recordings.responses import End, FoundResponse, are_responses, read_responses
 from twin.arrays import Array
@@ -26,15 +26,12 @@ Measured = dict[tuple[str, str], list[tuple[float, FoundResponse]]]
 def measured_receptance(rig: SubstructuresRig, part: MeasuredPart, axes: Mapping[str, str]) -> tuple[Array, Synthesis]:
     """Lines (f,), Hz, and synthesis of a measured part.
 
+    InputError if the file lacks a pair of points, a unit or common lines, or nothing can be synthesised.
+
     Parameters
     ----------
     axes
         Points that are needed, and the axis along which each moves.
-
-    Raises
-    ------
-    InputError
-        If the file lacks a pair of points, a unit or common lines, or nothing can be synthesised.
     """
     path = rig.layout().file(part.responses, f"measured_part {part.name!r}")
     if not path.is_file():
@@ -62,10 +59,8 @@ def measured_receptance(rig: SubstructuresRig, part: MeasuredPart, axes: Mapping
         relative = np.mean([noise_of(one) for _, one in both], axis=0) / len(both)
         Y[:, j, k] = Y[:, k, j] = mean
         variance[:, j, k] = variance[:, k, j] = np.maximum(relative, np.finfo(float).eps) * np.abs(mean) ** 2
-    try:
+    with blamed_on(path):
         return lines, synthesise(lines, Y, np.sqrt(variance))
-    except ValueError as error:
-        raise InputError(path, "", str(error)) from error
 
 
 def same_lines(one: Array, other: Array) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from recordings.directions import AXES
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from twin.arrays import Array
 from twin.identify.receptance import ModalBasis, lowest_modes_basis
 from twin.rigs import BeamPart, Place
@@ -24,50 +24,35 @@ __all__ = ["MeasuredSubstructure", "Substructures", "gather_substructures"]
 
 @dataclass(frozen=True, eq=False)
 class MeasuredSubstructure:
-    """A measured part among the ports.
-
-    Attributes
-    ----------
-    ports : ndarray of int, (g,)
-        Which of all ports are its own.
-    points : ndarray of int, or None
-        Of a part with a model: which of these ports its points are.
-    synthesis : Synthesis
-        Of the receptances between the points.
-    """
+    """A measured part among the ports."""
 
     name: str
     ports: Array
+    """Which of all ports are its own, (g,)."""
     points: Array | None
+    """Of a part with a model: which of these ports its points are."""
     synthesis: Synthesis
+    """Of the receptances between the points."""
 
 
 @dataclass(frozen=True, eq=False)
 class Substructures:
-    """All ports of all substructures, and the gaps between them.
-
-    Attributes
-    ----------
-    basis : ModalBasis
-        Of all modelled parts, uncoupled.
-    rows : ndarray, (m, n)
-        Ports on modelled parts: drives and sensors first; then come the points of measured parts without a model.
-    gaps : ndarray, (c, p)
-        B of :func:`~twin.substructuring.coupling.couple`; viscous dampers of modelled parts are gaps to the ground.
-    joints : tuple of (Connection, str)
-        Connection and motion of each gap; the others are dampers.
-    parts : tuple of MeasuredSubstructure
-    frequency_Hz : ndarray, (f,)
-        Lines of the measured parts.
-    """
+    """All ports of all substructures, and the gaps between them."""
 
     rig: SubstructuresRig
     basis: ModalBasis
+    """Of all modelled parts, uncoupled."""
     rows: Array
+    """Ports on modelled parts, (m, n): drives and sensors first; then come the points of measured parts without a
+    model."""
     gaps: Array
+    """B of :func:`~twin.substructuring.coupling.couple`, (c, p); viscous dampers of modelled parts are gaps to the
+    ground."""
     joints: tuple[tuple[Connection, str], ...]
+    """Connection and motion of each gap; the others are dampers."""
     parts: tuple[MeasuredSubstructure, ...]
     frequency_Hz: Array
+    """Lines of the measured parts, (f,)."""
 
     def with_vectors(self, vectors: Sequence[Array]) -> Substructures:
         """The same with other parameters of the measured parts."""
@@ -90,19 +75,14 @@ class Substructures:
     def coupled(self, omega: Array, Y: Array, expansions: Sequence[Expansion], flexibility: Array) -> Coupled:
         """All coupled by joints of this flexibility (f, j); Y and the expansions as of :meth:`uncoupled`.
 
-        Raises
-        ------
-        InputError
-            If the interface is singular.
+        InputError if the interface is singular.
         """
         whole = Y.copy()
         for part, expansion in zip(self.parts, expansions, strict=True):
             whole[:, part.ports[:, None], part.ports] = expansion.receptance(part.synthesis.receptance(omega))
         dampers = np.repeat(1 / (1j * omega[:, None]), len(self.gaps) - len(self.joints), axis=1)
-        try:
+        with blamed_on(self.rig.name, "connection", "leave one of the connections out"):
             return couple(whole, self.gaps, np.hstack([flexibility, dampers]))
-        except ValueError as error:
-            raise InputError(self.rig.name, "connection", str(error), "leave one of the connections out") from error
 
 
 def gather_substructures(rig: SubstructuresRig, *, preload: str | None = None) -> Substructures:
@@ -191,10 +171,8 @@ class _Ports:
 def _motion(
     rig: SubstructuresRig, structure: Structure, connection: Connection, name: str, at: float, dof: str
 ) -> Array:
-    try:
+    with blamed_on(rig.name, f"connection {connection.name!r}"):
         return structure.motion(Place(name, at, AXES["y"]), dof)
-    except ValueError as error:
-        raise InputError(rig.name, f"connection {connection.name!r}", str(error)) from error
 
 
 def _axis(structure: Structure, name: str) -> str:

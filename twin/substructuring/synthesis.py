@@ -29,29 +29,20 @@ __all__ = ["Synthesis", "synthesise"]
 
 @dataclass(frozen=True, eq=False)
 class Synthesis:
-    """A part's receptances between its p points at any frequency of its band.
-
-    Attributes
-    ----------
-    vector : ndarray, (n,)
-        Its parameters, see :attr:`blocks`.
-    modes, rigid, points : int
-        Numbers m of poles, k of motions below all lines, p of points.
-    band : tuple of float
-        First and last line w0 and w1, rad/s.
-    information : ndarray, (n, n)
-        Inverse of the parameters' covariance.
-    chi2_per_dof : float
-        Of the measured responses about it; where above one the covariance is widened by it.
-    """
+    """A part's receptances between its p points at any frequency of its band."""
 
     vector: Array
+    """Its parameters, see :attr:`blocks`, (n,)."""
     modes: int
     rigid: int
     points: int
+    """Numbers m of poles, k of motions below all lines, p of points."""
     band: tuple[float, float]
+    """First and last line w0 and w1, rad/s."""
     information: Array
+    """Inverse of the parameters' covariance, (n, n)."""
     chi2_per_dof: float = 0.0
+    """Of the measured responses about it; where above one the covariance is widened by it."""
 
     @cached_property
     def blocks(self) -> Blocks:
@@ -118,7 +109,8 @@ class Synthesis:
 def synthesise(frequency_Hz: Array, Y: Array, std: Array) -> Synthesis:
     """Fit a synthesis to measured receptances by maximum likelihood.
 
-    Remainders are projected out at each step, as in :mod:`twin.identify.modes.refinement`.
+    Remainders are projected out at each step, as in :mod:`twin.identify.modes.refinement`.  ValueError if there are too
+    few lines, or no mode is found.
 
     Parameters
     ----------
@@ -127,11 +119,6 @@ def synthesise(frequency_Hz: Array, Y: Array, std: Array) -> Synthesis:
         Symmetric, m/N.
     std : ndarray, (f, p, p)
         Root of the complex variance of each.
-
-    Raises
-    ------
-    ValueError
-        If there are too few lines, or no mode is found.
     """
     j, k = np.triu_indices(Y.shape[1])
     fit = fit_modes(frequency_Hz, Y[:, j, k], std[:, j, k])

@@ -1,6 +1,6 @@
 """Numbers behind the pictures: receptances of steps, laws with their uncertainty, broadband responses."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
@@ -9,6 +9,7 @@ import numpy as np
 from recordings.quantities import is_motion, is_response
 from recordings.run import Run
 from twin.arrays import Array
+from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.baseline_parameters import BaselineParameters
@@ -26,26 +27,19 @@ from twin.views.receptance import per_force
 
 @dataclass(frozen=True, kw_only=True)
 class SteppedSweep:
-    """One sweep of a run, in order of time.
-
-    Attributes
-    ----------
-    level : str
-        Target with its unit, such as ``1.5 N``.
-    frequency_Hz, time_s : ndarray, (s,)
-        Time on the recording's own time base.
-    receptance : dict of ndarray, (s,)
-        Displacement (mm) or strain (µm/m) per force (N) of each response channel; as it is where no force was recorded.
-    harmonics : dict of ndarray, (s, h)
-        Amplitudes of harmonics 1, 2, ... of each response channel, in its unit.
-    """
+    """One sweep of a run, in order of time."""
 
     name: str
     level: str
+    """Target with its unit, such as ``1.5 N``."""
     frequency_Hz: Array
     time_s: Array
+    """Time on the recording's own time base, (s,)."""
     receptance: dict[str, Array]
+    """Displacement (mm) or strain (µm/m) per force (N) of each response channel, (s,); as it is where no force was
+    recorded."""
     harmonics: dict[str, Array]
+    """Amplitudes of harmonics 1, 2, ... of each response channel, in its unit, (s, h)."""
 
 
 def stepped_sweeps(run: Run, *, harmonics: int = 7) -> tuple[SteppedSweep, ...]:
@@ -98,29 +92,20 @@ def _sweep(run: Run, name: str, states: Sequence[SteadyState], force: str | None
 
 @dataclass(frozen=True, kw_only=True)
 class LawBand:
-    """One function of the joint's law with its standard deviation.
-
-    Attributes
-    ----------
-    quantity : str
-        ``softening`` or ``loss``.
-    joint : str
-        Whose law it is; empty where there is but one.
-    amplitude_m : ndarray, (x,)
-        Of a layer point's opening, or slip.
-    value, std : ndarray, (x,)
-        N/m2.
-    reach_m : tuple of float
-        From the least to the largest that the farthest point of any step moved; outside, no data reach, since points
-        that move less than others hardly show in a response, and the function rests on its smoothness.
-    """
+    """One function of the joint's law with its standard deviation."""
 
     quantity: str
+    """``softening`` or ``loss``."""
     joint: str = ""
+    """Whose law it is; empty where there is but one."""
     amplitude_m: Array
+    """Of a layer point's opening, or slip, (x,)."""
     value: Array
     std: Array
+    """N/m2, (x,)."""
     reach_m: tuple[float, float]
+    """From the least to the largest that the farthest point of any step moved; outside, no data reach, since points
+    that move less than others hardly show in a response, and the function rests on its smoothness."""
 
     @property
     def function(self) -> str:
@@ -146,15 +131,7 @@ class LawBand:
         return [(low, high) for low, high in ends if low < high]
 
 
-class Swept(Protocol):
-    """A sweep, of whatever kind."""
-
-    @property
-    def frequency_Hz(self) -> Array:
-        """Of its steps."""
-
-
-AnySweep = TypeVar("AnySweep", bound=Swept)
+AnySweep = TypeVar("AnySweep", SteppedSweep, SweepComparison)
 
 
 class Fitted(Protocol):
@@ -196,6 +173,11 @@ def law_bands(evidence: MeasuredData, model: Fitted, *, points: int = 120) -> tu
     return tuple(bands)
 
 
+def laws_by_kind(evidence: MeasuredData, models: Mapping[str, Fitted]) -> dict[str, tuple[LawBand, ...]]:
+    """The laws of those models that have any."""
+    return {kind: bands for kind, model in models.items() if (bands := law_bands(evidence, model))}
+
+
 def joint_name(evidence: MeasuredData, joint: int) -> str:
     """What tells a joint from others; empty where there is but one."""
     joints = evidence.rig.joints
@@ -220,22 +202,16 @@ def law_reach(evidence: MeasuredData, model: Fitted) -> tuple[tuple[Range, Range
 
 @dataclass(frozen=True, kw_only=True)
 class SeenByMode:
-    """The law as uniform moduli E' - g1(X), G' + j g2(X) that act on one mode alike, as the papers have them.
-
-    Attributes
-    ----------
-    number : int
-        Of the mode.
-    amplitude_m : ndarray, (x,)
-        X: the acceleration amplitude of the reference channel over the square of that mode's natural frequency.
-    value, std : dict of ndarray, (x,)
-        ``softening`` g1 and ``loss`` g2 with the constant loss of G', N/m2; NaN where no uniform moduli act alike.
-    """
+    """The law as uniform moduli E' - g1(X), G' + j g2(X) that act on one mode alike, as the papers have them."""
 
     number: int
+    """Of the mode."""
     amplitude_m: Array
+    """X, (x,): the acceleration amplitude of the reference channel over the square of that mode's natural frequency."""
     value: dict[str, Array]
     std: dict[str, Array]
+    """``softening`` g1 and ``loss`` g2 with the constant loss of G', N/m2, (x,); NaN where no uniform moduli act
+    alike."""
 
 
 def law_in_lowest_mode(evidence: MeasuredData, model: Fitted, *, points: int = 60) -> SeenByMode:
@@ -274,7 +250,7 @@ def law_in_lowest_mode(evidence: MeasuredData, model: Fitted, *, points: int = 6
     )
 
 
-def about_each_resonance(sweeps: Sequence[Swept]) -> list[list[int]]:
+def about_each_resonance(sweeps: Sequence[SteppedSweep | SweepComparison]) -> list[list[int]]:
     """Places of the sweeps about each resonance, from the lowest resonance to the highest."""
     middle = np.array([np.median(sweep.frequency_Hz) for sweep in sweeps])
     return [group.tolist() for group in by_resonance(middle)]

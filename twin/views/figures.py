@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from twin.diagnose.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
-from twin.views.curves import Fitted, LawBand, about_each_resonance, broadband_responses, law_bands
+from twin.views.curves import Fitted, LawBand, about_each_resonance, broadband_responses, laws_by_kind
 from twin.views.drawing import draw_band, dressed, entry, legend, log_ticks, panels
 from twin.views.receptance import per_force, per_force_label, response_label
 from twin.views.style import INK, KIND, MEASURED, NOISE, level_colour
@@ -77,7 +77,7 @@ def residuals_figure(sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] 
 
 def law_figure(evidence: MeasuredData, models: Mapping[str, Fitted]) -> Figure:
     """Softening over a layer point's opening and loss over its slip, with one standard deviation; any has a law."""
-    laws = {kind: bands for kind, model in models.items() if (bands := law_bands(evidence, model))}
+    laws = laws_by_kind(evidence, models)
     count = len(next(iter(laws.values()))) // 2
     figure, grid = panels(count, 2, height_in=3.3 * count)
     for i, axes in enumerate(grid.ravel()):

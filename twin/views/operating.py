@@ -20,48 +20,33 @@ from twin.views.curves import Fitted, modelled_by, sensor_places
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JointMotion:
-    """How a joint's layer moves, and what it carries.
-
-    Attributes
-    ----------
-    x : ndarray, (k,)
-        Along the joint, m.
-    opening, slip : ndarray, (k,)
-        How it opens across, and how its faces slide along each other.
-    widest, farthest : complex
-        Mean opening of the layer element that opens most, and mean slip of the one that slips most.
-    peel_N, shear_N : complex
-        Normal and shear force that these carry; 0, as their motion, where no force drives.
-    """
+    """How a joint's layer moves, and what it carries."""
 
     name: str
     x: Array
+    """Along the joint, m, (k,)."""
     opening: Array
     slip: Array
+    """How it opens across, and how its faces slide along each other, (k,)."""
     widest: complex = 0.0
     farthest: complex = 0.0
+    """Mean opening of the layer element that opens most, and mean slip of the one that slips most."""
     peel_N: complex = 0.0
     shear_N: complex = 0.0
+    """Normal and shear force that these carry; 0, as their motion, where no force drives."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Motion:
-    """A harmonic motion of a rig; complex amplitudes, their phase that of the force's.
-
-    Attributes
-    ----------
-    unit : str
-        Of all displacements, such as ``mm``.
-    parts : tuple of ndarray, (3, k)
-        Displacement of the points that :func:`twin.structure.drawn_parts` gives of each part.
-    sensors : ndarray, (3, s)
-        Of the places of the sensors.
-    """
+    """A harmonic motion of a rig; complex amplitudes, their phase that of the force's."""
 
     title: str
     unit: str
+    """Of all displacements, such as ``mm``."""
     parts: tuple[Array, ...]
+    """Displacement of the points that :func:`twin.structure.drawn_parts` gives of each part, (3, k)."""
     sensors: Array
+    """Of the places of the sensors, (3, s)."""
     joints: tuple[JointMotion, ...]
 
 

@@ -41,23 +41,16 @@ class Section:
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """A report.
-
-    Attributes
-    ----------
-    answer : str
-        In one sentence; it comes first.
-    facts : str
-        One line beneath it.
-    accent : str
-        Colour of the bar beside the answer.
-    """
+    """A report."""
 
     title: str
     answer: str
+    """In one sentence; it comes first."""
     facts: str
+    """One line beneath it."""
     sections: Sequence[Section]
     accent: str = AFTER
+    """Colour of the bar beside the answer."""
 
     def beginning(self, title: str, items: Sequence[str]) -> "Page":
         """The page with a list before all its sections, if there is anything in it."""
@@ -66,15 +59,12 @@ class Page:
     def write(self, path: Path, *, commands: Sequence[str] = ()) -> None:
         """Write the page as HTML, whole or not at all; a file that is there is replaced.
 
+        InputError if `path` cannot be written.
+
         Parameters
         ----------
         commands
             What to type to get the same again.
-
-        Raises
-        ------
-        InputError
-            If `path` cannot be written.
         """
         if not path.parent.is_dir():  # before anything is drawn
             raise InputError(path, "", f"cannot be written: there is no folder {path.parent}")

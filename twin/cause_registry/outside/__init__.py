@@ -23,28 +23,19 @@ GROUP = "twin.causes"
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideCause:
-    """A cause that is no part of the package.
-
-    Attributes
-    ----------
-    name
-        As in recordings, rig files and answers.
-    effect
-        What it does to the bench: a function of :class:`twin.bench.plan.Plan` and of its parameters by name.
-    model
-        How a diagnosis predicts it: a :class:`twin.diagnose.cause.Cause` of the same name and parameters.
-    finding
-        For a fault that the samples show by themselves: a function of runs that returns a list of
-        :class:`twin.diagnose.signals.finding.Finding`.
-    draw
-        Parameters of normal size for campaigns, from :class:`twin.cause_registry.dice.Dice`.
-    """
+    """A cause that is no part of the package."""
 
     name: str
+    """As in recordings, rig files and answers."""
     effect: Callable[..., None] | None = None
+    """What it does to the bench: a function of :class:`twin.bench.plan.Plan` and of its parameters by name."""
     model: Any = None
+    """How a diagnosis predicts it: a :class:`twin.diagnose.cause.Cause` of the same name and parameters."""
     finding: Callable[..., list[Any]] | None = None
+    """For a fault that the samples show by themselves: a function of runs that returns a list of
+    :class:`twin.diagnose.signals.finding.Finding`."""
     draw: Callable[..., dict[str, float | str]] | None = None
+    """Parameters of normal size for campaigns, from :class:`twin.cause_registry.dice.Dice`."""
 
 
 def _files() -> tuple[Path, ...]:
@@ -64,13 +55,7 @@ _loaded: dict[str, tuple[OutsideCause, ...]] = {}
 
 
 def outside_causes() -> tuple[OutsideCause, ...]:
-    """All of them, those of files first.
-
-    Raises
-    ------
-    InputError
-        If one cannot be imported, or is no cause.
-    """
+    """All of them, those of files first; InputError if one cannot be imported, or is no cause."""
     _search_there()
     key = os.environ.get(VARIABLE, "")
     if key not in _loaded:

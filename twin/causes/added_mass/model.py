@@ -1,10 +1,7 @@
 """A mass nobody told the model of, a cable clamp, a magnet left on; or a listed one that is lighter or gone."""
 
-from collections.abc import Mapping, Sequence
-
-from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.cause import Cause, Label, Labels, MeasuredData, Parameter, Values
 from twin.diagnose.places import part_labels, place_at, position
-from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, point_mass
 from twin.rigs import BeamPart, Place, PointMass, Rig
 
@@ -18,12 +15,12 @@ class AddedMass(Cause):
     name = "added-mass"
     summary = "a mass sits on the structure that the model does not have"
 
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Labels:
         """Anywhere on a part, or one of the listed masses."""
         listed = ({"part": mass.part, "mass": name} for name, mass in _listed(evidence.rig).items())
         return (*part_labels(evidence), *listed)
 
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Mass and where it sits; of a listed one up to all that it has, at its place."""
         if "mass" not in label:
             mass = Parameter(
@@ -41,7 +38,7 @@ class AddedMass(Cause):
             ),
         )  # fmt: skip
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A point mass."""
         if "mass" in label:
             listed = _listed(evidence.rig)[label["mass"]]

@@ -1,13 +1,11 @@
 """Air that resists with the square of the velocity, all along the beams."""
 
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.cause import Cause, Label, Labels, MeasuredData, Parameter, Values
 from twin.diagnose.places import single_point
-from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, NoiseMotion, NonlinearForce
 
 POINTS = 10
@@ -20,11 +18,11 @@ class AirDrag(Cause):
     summary = "the air's resistance grows with the square of the velocity"
     numbers = (Parameter(name="coefficient_Ns2_per_m3", scale=0.3, lower=0.0, upper=50.0, null=0.0, starts=(0.05,)),)
 
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Labels:
         """One search where there are beams."""
         return ({},) if evidence.rig.layout().beams else ()
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """Local forces at the midpoints of equal lengths."""
         layout = evidence.rig.layout()
         length = layout.length / POINTS

@@ -1,13 +1,11 @@
 """Something loose that resonates by itself: a cable, a bracket, a dangling connector."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.cause import Cause, Label, MeasuredData, Parameter, Values
 from twin.diagnose.places import place_at, place_labels, point, position
-from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification
 
 
@@ -18,7 +16,7 @@ class AttachedResonator(Cause):
     summary = "a small mass on a spring of its own hangs on the structure"
     labels = staticmethod(place_labels)
 
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Mass, frequency, damping and place."""
         high = max([float(data.frequency_Hz[-1]) for data in evidence.broadband], default=200.0)
         low = min([float(data.frequency_Hz[0]) for data in evidence.broadband], default=5.0)
@@ -34,7 +32,7 @@ class AttachedResonator(Cause):
             *position(evidence, label, 8),
         )
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """Dynamic stiffness of a seismic mass."""
         m, w, z = values["mass_kg"], 2 * np.pi * values["frequency_Hz"], values["damping_ratio"]
 

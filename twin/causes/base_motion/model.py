@@ -1,10 +1,6 @@
 """The foundation moves with the drive force."""
 
-from collections.abc import Mapping, Sequence
-
-from twin.diagnose.cause import Cause, Parameter, Values
-from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification
+from twin.diagnose.cause import Cause, Label, Labels, MeasuredData, ModelModification, Parameter, Values
 
 
 class BaseMotion(Cause):
@@ -14,10 +10,10 @@ class BaseMotion(Cause):
     summary = "the base is not at rest: it moves with the drive force"
     numbers = (Parameter(name="receptance_m_per_N", scale=3e-7, lower=-1e-4, upper=1e-4, null=0.0, starts=(1e-8,)),)
 
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Labels:
         """One base, where the structure is held at all."""
         return ({},) if evidence.rig.layout().supports else ()
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A moving base."""
         return ModelModification(base_receptance=values["receptance_m_per_N"])

@@ -1,12 +1,8 @@
 """A channel's sensitivity is wrong: a mistyped calibration, a gain switch."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values, all_channels
-from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification
+from twin.diagnose.cause import Cause, Label, MeasuredData, ModelModification, Parameter, Values, all_channels
 
 
 class ChannelGain(Cause):
@@ -17,7 +13,7 @@ class ChannelGain(Cause):
     labels = staticmethod(all_channels)
     numbers = (Parameter(name="factor", scale=0.1, lower=0.01, upper=100.0, null=1.0, starts=(1.01,)),)
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A constant factor."""
         return ModelModification(
             channel_factor={label["channel"]: lambda omega: np.full(len(omega), values["factor"] + 0j)}

@@ -1,12 +1,8 @@
 """A channel is wired or mounted the wrong way round."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from twin.diagnose.cause import Cause, Values, all_channels
-from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification
+from twin.diagnose.cause import Cause, Label, MeasuredData, ModelModification, Values, all_channels
 
 
 class ChannelPolarity(Cause):
@@ -16,6 +12,6 @@ class ChannelPolarity(Cause):
     summary = "a channel reads with the wrong sign"
     labels = staticmethod(all_channels)
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """The factor -1."""
         return ModelModification(channel_factor={label["channel"]: lambda omega: np.full(len(omega), -1 + 0j)})

@@ -1,10 +1,6 @@
 """The clamp turns under the beam's root moment."""
 
-from collections.abc import Mapping, Sequence
-
-from twin.diagnose.cause import Cause, Parameter, Values
-from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification
+from twin.diagnose.cause import Cause, Label, Labels, MeasuredData, ModelModification, Parameter, Values
 
 
 class ClampCompliance(Cause):
@@ -13,12 +9,12 @@ class ClampCompliance(Cause):
     name = "clamp-compliance"
     summary = "the clamp is not rigid: the beam's root turns under its moment"
 
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Labels:
         """Each beam whose rotation is held; a single one needs no name."""
         held = _held_beams(evidence)
         return ({},) * len(held) if len(held) < 2 else tuple({"support": name} for name in held)
 
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Rotation per moment; one element's own flexibility is the natural unit."""
         beam = evidence.rig.layout().beam(_support(evidence, label))
         unit = beam.length / (beam.youngs_modulus * beam.second_moment)
@@ -29,7 +25,7 @@ class ClampCompliance(Cause):
             ),
         )  # fmt: skip
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """The structure with its root free to turn against a spring."""
         return ModelModification(clamp_rad_per_Nm={_support(evidence, label): values["rotational_rad_per_Nm"]})
 
@@ -41,5 +37,5 @@ def _held_beams(evidence: MeasuredData) -> list[str]:
     return list(dict.fromkeys(s.part for s in layout.supports if s.holds_rotation and s.part in beams))
 
 
-def _support(evidence: MeasuredData, label: Mapping[str, str]) -> str:
+def _support(evidence: MeasuredData, label: Label) -> str:
     return label.get("support") or _held_beams(evidence)[0]

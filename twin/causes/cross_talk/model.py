@@ -1,10 +1,6 @@
 """A part of one channel leaks into another."""
 
-from collections.abc import Mapping, Sequence
-
-from twin.diagnose.cause import Cause, Parameter, Values
-from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification
+from twin.diagnose.cause import Cause, Label, Labels, MeasuredData, ModelModification, Parameter, Values
 
 
 class CrossTalk(Cause):
@@ -14,11 +10,11 @@ class CrossTalk(Cause):
     summary = "a part of one channel leaks into another"
     numbers = (Parameter(name="factor", scale=0.1, lower=-10.0, upper=10.0, null=0.0, starts=(0.003,)),)
 
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Labels:
         """Any response channel from any other channel."""
         sources = (*evidence.channels, evidence.force)
         return tuple({"channel": c, "source": s} for c in evidence.channels for s in sources if s != c)
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """The leak."""
         return ModelModification(cross_talk=((label["channel"], label["source"], values["factor"]),))

@@ -1,13 +1,11 @@
 """A stiffening spring to ground: a taut wire, a membrane, a geometric effect of the suspension."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.cause import Cause, Label, MeasuredData, Parameter, Values
 from twin.diagnose.places import place_at, place_labels, position, single_point
-from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, NoiseMotion, NonlinearForce
 
 
@@ -18,7 +16,7 @@ class CubicStiffness(Cause):
     summary = "a spring to ground stiffens with the cube of its displacement"
     labels = staticmethod(place_labels)
 
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Stiffness and place; the prior's scale is a force of 0.2 N at the largest measured tip amplitude.
 
         In one mode a stiffness here does what (phi / phi')^4 of it does there: what tells them apart is hardly larger
@@ -34,7 +32,7 @@ class CubicStiffness(Cause):
             *position(evidence, label, 8),
         )  # fmt: skip
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A local nonlinear force."""
         k = values["stiffness_N_per_m3"]
 

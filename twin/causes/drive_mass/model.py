@@ -1,10 +1,7 @@
 """A mass between force cell and beam: a stud, wax, the cell's own live side."""
 
-from collections.abc import Mapping
-
-from twin.diagnose.cause import Cause, Parameter, Values, shaker_labels
+from twin.diagnose.cause import Cause, Label, MeasuredData, Parameter, Values, shaker_labels
 from twin.diagnose.places import point
-from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification
 
 
@@ -16,7 +13,7 @@ class DriveMass(Cause):
     labels = staticmethod(shaker_labels)
     numbers = (Parameter(name="mass_kg", scale=0.03, lower=-0.05, upper=0.5, null=0.0, starts=(0.005,)),)
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A mass at the drive point, across the beam only."""
         mass = values["mass_kg"]
         at = point(evidence.drive_place)

@@ -1,10 +1,6 @@
 """The shaker drives the beam at another place than was written down."""
 
-from collections.abc import Mapping, Sequence
-
-from twin.diagnose.cause import Cause, Parameter, Values
-from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification
+from twin.diagnose.cause import Cause, Label, Labels, MeasuredData, ModelModification, Parameter, Values
 
 
 class DrivePosition(Cause):
@@ -13,11 +9,11 @@ class DrivePosition(Cause):
     name = "drive-position"
     summary = "the shaker sits at another place than was written down"
 
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Labels:
         """The force channel, if its shaker may have been moved."""
         return ({"channel": evidence.force},) if any(evidence.rig.layout().reach(evidence.drive_place)) else ()
 
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Offset along its beam."""
         back, forth = evidence.rig.layout().reach(evidence.drive_place)
         return (
@@ -31,6 +27,6 @@ class DrivePosition(Cause):
             ),
         )
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """The same structure, driven elsewhere."""
         return ModelModification(drive_offset_m=values["offset_m"])

@@ -1,14 +1,12 @@
 """Dry friction against the surroundings: a cable that drags, a probe that touches."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.cause import Cause, Label, MeasuredData, Parameter, Values
 from twin.diagnose.places import place_at, place_labels, position, single_point
 from twin.diagnose.slider_in_noise import slider_in_noise
-from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, NoiseMotion, NonlinearForce
 from twin.identify.slipping import jenkins_harmonics
 
@@ -27,7 +25,7 @@ class GroundFriction(Cause):
     summary = "something drags on the structure with dry friction"
     labels = staticmethod(place_labels)
 
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Friction force, place, and travel before it slips."""
         return (
             Parameter(name="force_N", scale=0.1, lower=0.0, upper=5.0, null=0.0, starts=(0.02,)),
@@ -45,7 +43,7 @@ class GroundFriction(Cause):
         """Return force and place, with a usual travel."""
         return {**values, "travel_m": TRAVEL_m}
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A local force."""
         F, k = values["force_N"], values["force_N"] / values["travel_m"]
 

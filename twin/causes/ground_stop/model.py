@@ -1,15 +1,13 @@
 """A stop that the structure strikes on one side once it moves far enough."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from scipy.stats import norm
 
-from twin.diagnose.cause import Cause, Parameter, Values, thresholds
+from twin.diagnose.cause import Cause, Label, MeasuredData, Parameter, Values, thresholds
 from twin.diagnose.one_sided import one_sided_harmonics
 from twin.diagnose.places import place_at, place_labels, position, single_point
-from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, NoiseMotion, NonlinearForce
 
 
@@ -20,7 +18,7 @@ class GroundStop(Cause):
     summary = "the structure touches a stop on one side of its motion"
     labels = staticmethod(place_labels)
 
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Stiffness, gap and place."""
         largest = max(float(np.max(evidence.steps.amplitude_m, initial=0.0)), 1e-5)
         gaps = thresholds(largest, least=0.2)
@@ -33,7 +31,7 @@ class GroundStop(Cause):
             *position(evidence, label, 5),
         )
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A local one-sided spring."""
         k, gap = values["stiffness_N_per_m"], values["gap_m"]
 

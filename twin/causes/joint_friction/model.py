@@ -1,13 +1,22 @@
 """Micro-slip in the joint: a slider that sticks until its force is reached, then slips."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_number, thresholds
+from twin.diagnose.cause import (
+    Cause,
+    Label,
+    Labels,
+    MeasuredData,
+    Parameter,
+    Values,
+    joint_labels,
+    joint_number,
+    thresholds,
+)
 from twin.identify.joint_motion import largest_motion
-from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification, NonlinearForce
 from twin.identify.receptance import ModalBasis
 from twin.identify.slipping import RIPPLES, Slider
@@ -21,7 +30,7 @@ class JointFriction(Cause):
     summary = "the joint sticks up to a force and slips beyond it"
     tried_at_full_size = True
 
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Labels:
         """The elements of each joint's layer, counted from the clamp's end."""
         return tuple(
             {**label, "layer_element": str(n + 1)}
@@ -29,11 +38,11 @@ class JointFriction(Cause):
             for n in range(evidence.rig.joints[joint_number(evidence, label)].layer_elements)
         )
 
-    def assumed(self, evidence: MeasuredData) -> Mapping[str, str]:
+    def assumed(self, evidence: MeasuredData) -> Label:
         """The last element, as on the bench: other programs' rig files name none."""
         return self.labels(evidence)[-1]
 
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Stiffness while sticking, and the displacement at which slip begins.
 
         The displacement is sought instead of the force, which says nothing of amplitude before the stiffness is known.
@@ -69,7 +78,7 @@ class JointFriction(Cause):
         k, force = values["stiffness_N_per_m"], values["slip_force_N"]
         return {"stiffness_N_per_m": k, "slip_m": force / max(k, 1e-300)}
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """The stuck spring everywhere, and what slipping takes off it."""
         slip = _slip(evidence, label)
         k = values["stiffness_N_per_m"]
@@ -80,7 +89,7 @@ class JointFriction(Cause):
         force = NonlinearForce(slip, slider.equivalent, slider.harmonics, slider=slider)
         return ModelModification(attachments=(stuck,), nonlinear=(force,))
 
-    def _largest_slip(self, evidence: MeasuredData, label: Mapping[str, str]) -> float:
+    def _largest_slip(self, evidence: MeasuredData, label: Label) -> float:
         """Slip of the point where the rig moves as far as was measured and its joint is linear, m."""
         return float(largest_motion(evidence, joint_number(evidence, label))[1][int(label["layer_element"]) - 1])
 
@@ -101,7 +110,7 @@ class _Ripple:
         return self._compliance[at]
 
 
-def _slip(evidence: MeasuredData, label: Mapping[str, str]) -> Callable[[Structure], Any]:
+def _slip(evidence: MeasuredData, label: Label) -> Callable[[Structure], Any]:
     """Row of the point's slip, m."""
     joint, number = joint_number(evidence, label), int(label["layer_element"]) - 1
     count = evidence.rig.joints[joint].layer_elements

@@ -1,12 +1,19 @@
 """The joint opens on one side of its motion: the layer loses stiffness beyond a gap (micro-slap)."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, joint_number, thresholds
+from twin.diagnose.cause import (
+    Cause,
+    Label,
+    MeasuredData,
+    Parameter,
+    Values,
+    joint_labels,
+    joint_name,
+    joint_number,
+    thresholds,
+)
 from twin.identify.joint_motion import largest_motion
-from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, Opening
 
 
@@ -20,7 +27,7 @@ class JointSlap(Cause):
     summary = "the joint opens on one side of its motion and claps shut"
     labels = staticmethod(joint_labels)
 
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """What is left of the stiffness, and the opening at which it goes."""
         largest = self._largest_opening(evidence, label)
         starts = thresholds(largest, least=0.01)
@@ -29,12 +36,12 @@ class JointSlap(Cause):
             Parameter(name="gap_m", scale=largest, lower=0.0, upper=3 * largest, starts=starts),
         )
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """One-sided contact at every point of the layer."""
         return ModelModification(
             opening={joint_name(evidence, label): Opening(values["gap_m"], values["stiffness_factor"])}
         )
 
-    def _largest_opening(self, evidence: MeasuredData, label: Mapping[str, str]) -> float:
+    def _largest_opening(self, evidence: MeasuredData, label: Label) -> float:
         """Of any of the joint's points, where the rig moves as far as was measured and its joints are linear, m."""
         return float(np.max(largest_motion(evidence, joint_number(evidence, label))[0]))

@@ -1,14 +1,21 @@
 """The joint's linear stiffness is far from what was assumed: another torque, another surface."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 
-from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, joint_number
+from twin.diagnose.cause import (
+    Cause,
+    Label,
+    MeasuredData,
+    ModelModification,
+    Parameter,
+    Values,
+    joint_labels,
+    joint_name,
+    joint_number,
+)
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.linear_fit import MODULI_STD
-from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification
 
 SCALE = 0.7
 """Half or twice what was assumed is usual."""
@@ -30,7 +37,7 @@ class JointStiffness(Cause):
     )
 
     def shared(
-        self, evidence: MeasuredData, label: Mapping[str, str], baseline: BaselineParameters, values: Values
+        self, evidence: MeasuredData, label: Label, baseline: BaselineParameters, values: Values
     ) -> tuple[BaselineParameters, dict[str, float]]:
         """The data know the products alone: nearly all that the moduli are off by goes into the factors."""
         base, joint = baseline.base, joint_number(evidence, label)
@@ -54,7 +61,7 @@ class JointStiffness(Cause):
         """Return the logarithms of the factors."""
         return {f"log_{name}": math.log(value) for name, value in values.items()}
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """Scaled moduli."""
         factors = math.exp(values["log_normal_factor"]), math.exp(values["log_shear_factor"])
         return ModelModification(moduli_factor={joint_name(evidence, label): factors})

@@ -1,10 +1,15 @@
 """The contact fades along the overlap: the bolt is off its place, or the faces are not parallel."""
 
-from collections.abc import Mapping
-
-from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name
-from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification
+from twin.diagnose.cause import (
+    Cause,
+    Label,
+    MeasuredData,
+    ModelModification,
+    Parameter,
+    Values,
+    joint_labels,
+    joint_name,
+)
 
 
 class JointUneven(Cause):
@@ -26,6 +31,6 @@ class JointUneven(Cause):
         ),
     )
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """The structure with its strain operators weighted along the overlap."""
         return ModelModification(layer_gradient={joint_name(evidence, label): values["gradient"]})

@@ -1,12 +1,8 @@
 """A sensor resonates on its mount: wax gone soft, a loose stud, a magnet base."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values, response_channels
-from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification
+from twin.diagnose.cause import Cause, Label, MeasuredData, ModelModification, Parameter, Values, response_channels
 from twin.identify.nominal_instruments import mount
 
 
@@ -45,7 +41,7 @@ class MountingResonance(Cause):
         """Return the compliance in place of the frequency."""
         return {"compliance_s2": _compliance(values["frequency_Hz"]), "damping_ratio": values["damping_ratio"]}
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """Base excitation of a single degree of freedom."""
         factor = mount(values["compliance_s2"], values["damping_ratio"])
         return ModelModification(channel_factor={label["channel"]: factor})

@@ -1,10 +1,16 @@
 """The bolt loses preload while the test runs."""
 
-from collections.abc import Mapping
-
-from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, measured_duration_s
-from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification
+from twin.diagnose.cause import (
+    Cause,
+    Label,
+    MeasuredData,
+    ModelModification,
+    Parameter,
+    Values,
+    joint_labels,
+    joint_name,
+    measured_duration_s,
+)
 
 
 class PreloadLoss(Cause):
@@ -15,7 +21,7 @@ class PreloadLoss(Cause):
     tried_at_full_size = True
     labels = staticmethod(joint_labels)
 
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Relative fall per second."""
         duration = measured_duration_s(evidence)
         return (
@@ -23,6 +29,6 @@ class PreloadLoss(Cause):
                       starts=(0.02 / duration,)),
         )  # fmt: skip
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A drift of the layer's normal modulus."""
         return ModelModification(layer_drift_per_s={joint_name(evidence, label): values["rate_per_s"]})

@@ -1,9 +1,6 @@
 """A sensor sits at another place than was written down."""
 
-from collections.abc import Mapping, Sequence
-
-from twin.diagnose.cause import Cause, Parameter, Values, response_channels
-from twin.identify.measured_data import MeasuredData
+from twin.diagnose.cause import Cause, Label, Labels, MeasuredData, Parameter, Values, response_channels
 from twin.identify.model_modification import ModelModification, point_mass
 
 
@@ -17,12 +14,12 @@ class SensorPosition(Cause):
     name = "sensor-position"
     summary = "a sensor sits at another place than was written down"
 
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Labels:
         """Any response channel whose sensor may have been moved."""
         reach = evidence.rig.layout().reach
         return [label for label in response_channels(evidence) if any(reach(evidence.place_of(label["channel"])))]
 
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Offset along its beam."""
         back, forth = evidence.rig.layout().reach(evidence.place_of(label["channel"]))
         return (
@@ -45,7 +42,7 @@ class SensorPosition(Cause):
         """Return the offset, with all of the sensor's mass moved."""
         return {**values, "carried": 1.0}
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """The channel read elsewhere, and the inertia of its sensor taken from here to there."""
         here = evidence.place_of(label["channel"])
         there = evidence.rig.layout().moved(here, values["offset_m"])
@@ -57,5 +54,5 @@ class SensorPosition(Cause):
         return ModelModification(output_offset_m={label["channel"]: values["offset_m"]}, attachments=carried)
 
 
-def _mass(evidence: MeasuredData, label: Mapping[str, str]) -> float:
+def _mass(evidence: MeasuredData, label: Label) -> float:
     return next((s.mass for s in evidence.rig.response_sensors if s.channel == label["channel"]), 0.0)

@@ -1,12 +1,9 @@
 """The stinger holds the structure at the drive point, and the force cell does not see it."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values, shaker_labels
+from twin.diagnose.cause import Cause, Label, MeasuredData, Parameter, Values, shaker_labels
 from twin.diagnose.places import point
-from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification
 
 
@@ -18,7 +15,7 @@ class StingerStiffness(Cause):
     labels = staticmethod(shaker_labels)
     numbers = (Parameter(name="stiffness_N_per_m", scale=2e4, lower=0.0, upper=1e7, null=0.0, starts=(2000.0,)),)
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A constant stiffness at the drive point."""
         k = values["stiffness_N_per_m"]
         at = point(evidence.drive_place)

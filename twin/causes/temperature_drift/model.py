@@ -1,10 +1,6 @@
 """The structure warms up while the test runs."""
 
-from collections.abc import Mapping
-
-from twin.diagnose.cause import Cause, Parameter, Values, measured_duration_s
-from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification
+from twin.diagnose.cause import Cause, Label, MeasuredData, ModelModification, Parameter, Values, measured_duration_s
 
 
 class TemperatureDrift(Cause):
@@ -14,7 +10,7 @@ class TemperatureDrift(Cause):
     summary = "all resonances sink slowly while the test goes on, as in a structure that warms up"
     tried_at_full_size = True
 
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Relative fall per second."""
         duration = measured_duration_s(evidence)
         return (
@@ -22,6 +18,6 @@ class TemperatureDrift(Cause):
                       starts=(0.002 / duration,)),
         )  # fmt: skip
 
-    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+    def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A drift of all moduli."""
         return ModelModification(beam_drift_per_s=values["rate_per_s"])

@@ -52,10 +52,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "friction": ("twin friction 0lb.csv 30lb.csv 36lb.csv",),
     "predict": ("twin predict model.toml --drive drive.csv --out response.csv",),
-    "couple": (
-        "twin couple rig.toml --out coupled",
-        "twin couple rig.toml --measured whole.uff --out identified",
-    ),
+    "couple": ("twin couple rig.toml --out coupled", "twin couple rig.toml --measured whole.uff --out identified"),
     "diagnose": (
         "twin diagnose random.mcap sweeps.mcap --held-out heldout.mcap --rig steel-lap-joint --out diagnosis",
         "twin diagnose later.mcap --rig diagnosis/extended.toml --out again",

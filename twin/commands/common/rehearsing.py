@@ -68,13 +68,7 @@ class Meter:
         self._done += 1
 
     def time(self, seconds: float) -> None:
-        """Rig time that has passed.
-
-        Raises
-        ------
-        KeyboardInterrupt
-            If it is to end.
-        """
+        """Rig time that has passed; KeyboardInterrupt if it is to end."""
         if self._stopped():
             raise KeyboardInterrupt
         self._text = f"{self._title}, {seconds / 60:.1f} min of rig time"

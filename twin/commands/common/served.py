@@ -29,17 +29,14 @@ class ServedRigError(Exception):
 class ServedRig:
     """``twin serve`` as a child process: steel or other rig, a new pseudo-terminal and a CAN bus on a local socket.
 
+    ServedRigError from :meth:`wait_ready` if the instruments do not come up; with what they said last.
+
     Parameters
     ----------
     rig
         Rig file, as it really is.
     folder
         Where the bus, the log and the client's file of addresses go.
-
-    Raises
-    ------
-    ServedRigError
-        From :meth:`wait_ready` if the instruments do not come up; with what they said last.
     """
 
     def __init__(self, rig: Path, *, folder: Path, seed: int) -> None:

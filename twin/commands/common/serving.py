@@ -80,12 +80,7 @@ def serve_source(
     SIGUSR1 is the emergency stop: the generator's output to zero, every stream ended, until a client clears it.
 
     `origin` is what a recording made from it is: simulated or replayed; `slow` is what a slow meter reads, `addresses`
-    go to :class:`drivers.virtual.Addresses`.
-
-    Raises
-    ------
-    InputError
-        If an option cannot be used.
+    go to :class:`drivers.virtual.Addresses`.  InputError if an option cannot be used.
     """
     from drivers.virtual import Addresses, Protection, VirtualRig, parse_fault
 

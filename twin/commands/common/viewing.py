@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.run import Event, SampleBlock, Step
 from recordings.streams import Acquisition
 from recordings.whole import check_writable
@@ -57,10 +57,7 @@ class WatchOptions:
     def check(self, *, overwrite: bool) -> None:
         """Find out what can be wrong, before anything moves; `overwrite` is whether the file may be replaced.
 
-        Raises
-        ------
-        InputError
-            If there is no display, no viewer at the address, no such folder for the file, or a file already.
+        InputError if there is no display, no viewer at the address, no such folder for the file, or a file already.
         """
         if not self.wanted:
             return
@@ -152,7 +149,7 @@ def _open(options: WatchOptions, about: LiveAbout) -> list[LiveView]:
     from twin.views.rerun.viewer import open_viewer, viewer_url
 
     targets: list[str | Path] = []
-    try:
+    with blamed_on("--view", of=RuntimeError):
         if options.view:
             targets.append(open_viewer("--memory-limit", "25%", "--server-memory-limit", "256MiB").url)
         if options.view_to is not None:
@@ -160,8 +157,6 @@ def _open(options: WatchOptions, about: LiveAbout) -> list[LiveView]:
         if options.save_view is not None:
             targets.append(options.save_view)
         return [LiveView(about, target) for target in targets]
-    except RuntimeError as error:
-        raise InputError("--view", "", str(error)) from error
 
 
 def known_branches(rig: Rig, preload: str | None, procedure: Procedure) -> list[dict[str, Any]]:

@@ -14,10 +14,7 @@ Array = NDArray[np.float64]
 def facing_pairs(a: ImportedPart, b: ImportedPart) -> NodePairs | None:
     """Nearest nodes of two parts, each the other's, with the area of a flat patch; None where the parts do not meet.
 
-    Raises
-    ------
-    ValueError
-        If they meet in a line or a point, which has no area, or in more pairs than a joint may have.
+    ValueError if they meet in a line or a point, which has no area, or in more pairs than a joint may have.
     """
     place_a, place_b = a.matrices.coordinates, b.matrices.coordinates
     if min(len(place_a), len(place_b)) < 2:

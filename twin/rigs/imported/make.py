@@ -1,7 +1,7 @@
 """The whole import: parts, joints, places, and all files written together."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import combinations
@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import save_npz
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.whole import check_writable, whole_file
 from twin.rigs.imported.facing import facing_pairs
 from twin.rigs.imported.part import ImportedPart, PartFiles, read_part
@@ -22,24 +22,17 @@ from twin.rigs.store import parse_rig
 
 @dataclass(frozen=True)
 class ImportRequest:
-    """What was asked for.
-
-    Attributes
-    ----------
-    units
-        One of `UNITS`; guessed if None.
-    drive
-        ``PLACE:+y``; a soft place if None.
-    sensors, supports
-        ``NAME=PLACE:+y`` or ``PLACE:+y``, and ``PLACE`` or ``PLACE:x,y``.
-    """
+    """What was asked for."""
 
     parts: tuple[PartFiles, ...]
     out: Path
     units: str | None = None
+    """One of `UNITS`; guessed if None."""
     drive: str | None = None
+    """``PLACE:+y``; a soft place if None."""
     sensors: tuple[str, ...] = ()
     supports: tuple[str, ...] = ()
+    """``NAME=PLACE:+y`` or ``PLACE:+y``, and ``PLACE`` or ``PLACE:x,y``."""
     modes_to_Hz: float = 2000.0
 
 
@@ -55,10 +48,7 @@ class Imported:
 def imported_rig(request: ImportRequest, *, overwrite: bool = False) -> Imported:
     """Write a rig file of format 2 and, beside it, its parts' matrices and tables in SI units; all of them or none.
 
-    Raises
-    ------
-    InputError
-        If something cannot be read or written, a place does not exist, or the rig would not be one.
+    InputError if something cannot be read or written, a place does not exist, or the rig would not be one.
     """
     if request.out.suffix.lower() != ".toml":
         raise InputError(request.out, "", "a rig file ends in .toml", f"name it {request.out.stem or 'rig'}.toml")
@@ -106,12 +96,8 @@ def _joints(parts: Sequence[ImportedPart], warnings: list[str]) -> list[FoundJoi
     """A joint wherever two parts have facing nodes; a part that has none is told."""
     found = []
     for a, b in combinations(parts, 2):
-        try:
+        with blamed_on(b.files.nodes or b.files.stiffness, "", "join them in the file by hand"):
             pairs = facing_pairs(a, b)
-        except ValueError as error:
-            raise InputError(
-                b.files.nodes or b.files.stiffness, "", str(error), "join them in the file by hand"
-            ) from error
         if pairs is not None:
             found.append(FoundJoint(f"{a.name}-{b.name}", a, b, pairs))
     joined = {part.name for joint in found for part in (joint.a, joint.b)}
@@ -133,18 +119,17 @@ def _write_part(part: PartMatrices, mass: Path, stiffness: Path, nodes: Path) ->
         with path.open("wb") as stream:
             save_npz(stream, matrix, compressed=False)
     places = dict(zip(part.nodes.tolist(), part.coordinates.tolist(), strict=True))
-    with nodes.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(("node", "dof", "row", "x_m", "y_m", "z_m"))
-        writer.writerows(
-            (node, dof, row, *(f"{x:.12g}" for x in places[node]))
-            for (node, dof), row in sorted(part.rows.items(), key=lambda item: item[1])
-        )
+    by_row = sorted(part.rows.items(), key=lambda item: item[1])
+    rows = ((node, dof, row, *(f"{x:.12g}" for x in places[node])) for (node, dof), row in by_row)
+    _write_table(nodes, ("node", "dof", "row", "x_m", "y_m", "z_m"), rows)
 
 
 def _write_pairs(pairs: NodePairs, path: Path) -> None:
+    each = zip(pairs.a, pairs.b, pairs.area_m2, pairs.normal, strict=True)
+    rows = ((a, b, f"{area:.12g}", *(f"{x:.12g}" for x in normal)) for a, b, area, normal in each)
+    _write_table(path, ("node_a", "node_b", "area_m2", "nx", "ny", "nz"), rows)
+
+
+def _write_table(path: Path, head: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     with path.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(("node_a", "node_b", "area_m2", "nx", "ny", "nz"))
-        for a, b, area, normal in zip(pairs.a, pairs.b, pairs.area_m2, pairs.normal, strict=True):
-            writer.writerow((a, b, f"{area:.12g}", *(f"{x:.12g}" for x in normal)))
+        csv.writer(stream, lineterminator="\n").writerows([head, *rows])

@@ -64,15 +64,12 @@ class ImportedPart:
 def read_part(files: PartFiles, units: str | None) -> ImportedPart:
     """Read a part and convert it.
 
+    InputError if a file cannot be read, the rows are nobody's, or the units cannot be guessed.
+
     Parameters
     ----------
     units
         One of `UNITS`; guessed if None.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, the rows are nobody's, or the units cannot be guessed.
     """
     M, K = read_matrix_pair(files.mass, files.stiffness)
     notes: list[str] = []

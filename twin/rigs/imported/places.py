@@ -35,10 +35,7 @@ class NodePlace:
 def find_place(parts: Sequence[ImportedPart], text: str, option: str) -> NodePlace:
     """The place that is meant by ``x,y,z`` in metres, ``NODE`` or ``PART/NODE``.
 
-    Raises
-    ------
-    InputError
-        If it is none of these, or there is no such node.
+    InputError if it is none of these, or there is no such node.
     """
     name, slash, rest = text.strip().rpartition("/")
     chosen = [part for part in parts if part.name == name] if slash else list(parts)

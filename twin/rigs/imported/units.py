@@ -79,13 +79,7 @@ class ModelScale:
         return first if self.unlikely(second) - self.unlikely(first) > LIMITS.least_decades else None
 
     def doubt(self, units: Units) -> str:
-        """Why these units are doubted; empty if they are not.
-
-        Raises
-        ------
-        ValueError
-            If no unit explains these matrices.
-        """
+        """Why these units are doubted; empty if they are not; ValueError if no unit explains these matrices."""
         sound = self.sound * units.length_m / units.time_s
         off = abs(np.log10(sound / LIMITS.units_sound_m_per_s)) if sound > 0 else 0.0
         if off < LIMITS.units_strange:

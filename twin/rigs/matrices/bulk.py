@@ -16,16 +16,11 @@ LINE_FIELDS = {8: 8, 16: 4}
 
 @dataclass(frozen=True)
 class Entry:
-    """One entry: its name, and the texts of its fields after that.
-
-    Attributes
-    ----------
-    line
-        Of the file, where it begins, from 1.
-    """
+    """One entry: its name, and the texts of its fields after that."""
 
     path: Path
     line: int
+    """Of the file, where it begins, from 1."""
     name: str
     fields: list[str]
 

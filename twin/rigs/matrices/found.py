@@ -26,22 +26,15 @@ NODE_LIMIT = 10**15
 
 @dataclass(frozen=True, eq=False)
 class FoundMatrix:
-    """A matrix, and whose its rows are if its format knows.
-
-    Attributes
-    ----------
-    matrix : sparse, (n, n)
-        Both halves, in the file's units.
-    labels : ndarray of int, (n,), or None
-        Node times `found_components` plus component of every row, rising; components 1 to 6 are x, y, z, rx, ry, rz,
-        any other is internal.
-    held : ndarray of int
-        Rows that the program holds at rest; their entries are zero.
-    """
+    """A matrix, and whose its rows are if its format knows."""
 
     matrix: csr_array
+    """Both halves, in the file's units, (n, n)."""
     labels: Integers | None = None
+    """Node times `found_components` plus component of every row, rising, (n,); components 1 to 6 are x, y, z, rx, ry,
+    rz, any other is internal."""
     held: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
+    """Rows that the program holds at rest; their entries are zero."""
 
     def among(self, labels: Integers) -> FoundMatrix:
         """The same matrix between the rows of these labels, which are its own and others."""
@@ -63,10 +56,7 @@ def check_shape(path: Path, shape: Sequence[int]) -> None:
 def from_entries(path: Path, row: Integers, column: Integers, value: Array, order: int) -> csr_array:
     """The whole symmetric matrix from entries of it, or of one triangle of it in any order of the rows.
 
-    Raises
-    ------
-    InputError
-        If the order is not allowed, an entry lies outside or stands twice.
+    InputError if the order is not allowed, an entry lies outside or stands twice.
     """
     check_shape(path, (order, order))
     if np.any(outside := (row < 0) | (row >= order) | (column < 0) | (column >= order)):
@@ -97,10 +87,7 @@ def labels_of(nodes: Integers, components: Integers) -> Integers:
 def name_for(path: Path, names: Iterable[str], role: Role) -> str:
     """Of the matrices of a file the only one, or the only one that is named like a mass (M...) or a stiffness (K...).
 
-    Raises
-    ------
-    InputError
-        If there is none, or the names leave a choice.
+    InputError if there is none, or the names leave a choice.
     """
     names = list(dict.fromkeys(names))
     if len(names) == 1:

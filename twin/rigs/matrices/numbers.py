@@ -23,10 +23,7 @@ def fortran_number(text: str) -> float:
 def number_table(path: Path, data: bytes, *, columns: int, first_line: int = 1) -> Array:
     """Numbers between spaces or commas, (lines, columns); empty lines and those that begin with ``**`` are left out.
 
-    Raises
-    ------
-    InputError
-        With the line, if it has another number of values, or a value is no number.
+    InputError with the line, if it has another number of values, or a value is no number.
     """
     plain = data.translate(bytes.maketrans(b",Dd", b" Ee")).replace(b"**", b"#")
     try:
@@ -50,13 +47,7 @@ def number_table(path: Path, data: bytes, *, columns: int, first_line: int = 1) 
 
 
 def whole_numbers(path: Path, values: Array, what: str) -> NDArray[np.int64]:
-    """The same as integers.
-
-    Raises
-    ------
-    InputError
-        If one is not a whole number of less than 16 digits.
-    """
+    """The same as integers; InputError if one is not a whole number of less than 16 digits."""
     good = np.isfinite(values) & (np.abs(values) < 1e15) & (values == np.floor(values))
     if not np.all(good):
         row = int(np.argmin(good.reshape(len(values), -1).all(axis=1)))

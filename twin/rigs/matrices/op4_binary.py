@@ -37,13 +37,7 @@ class _Records:
 
 
 def binary_matrices(path: Path, data: bytes) -> Iterator[Op4Matrix]:
-    """All matrices of a file.
-
-    Raises
-    ------
-    InputError
-        With the byte, if the file is damaged.
-    """
+    """All matrices of a file; InputError with the byte, if the file is damaged."""
     records = _Records(path, data)
     while records.at < len(data):
         begin = records.at

@@ -11,29 +11,20 @@ SYMMETRIC = 6
 
 @dataclass(frozen=True)
 class Op4Matrix:
-    """Its head and its strings of entries below each other.
-
-    Attributes
-    ----------
-    form
-        6 is symmetric.
-    kind
-        1 and 2 are real in single and double precision, 3 and 4 complex.
-    big
-        Whether row and length of a string stand in words of their own.
-    words
-        Of a real number: half a complex one.
-    strings : list of (int, int, ndarray)
-        Column and first row, from 0, and the values.
-    """
+    """Its head and its strings of entries below each other."""
 
     name: str
     shape: tuple[int, int]
     form: int
+    """6 is symmetric."""
     kind: int
+    """1 and 2 are real in single and double precision, 3 and 4 complex."""
     big: bool
+    """Whether row and length of a string stand in words of their own."""
     words: int
+    """Of a real number: half a complex one."""
     strings: list[tuple[int, int, Array]] = field(default_factory=list)
+    """Column and first row, from 0, and the values."""
 
     def check_real(self, path: Path) -> None:
         """Refuse a complex matrix."""

@@ -48,13 +48,7 @@ class _Lines:
 
 
 def text_matrices(path: Path, data: bytes) -> Iterator[Op4Matrix]:
-    """All matrices of a file.
-
-    Raises
-    ------
-    InputError
-        With the line, if the file is damaged.
-    """
+    """All matrices of a file; InputError with the line, if the file is damaged."""
     lines = _Lines(path, data)
     while lines.left():
         try:

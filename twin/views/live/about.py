@@ -10,22 +10,14 @@ from twin.procedures import Procedure
 
 @dataclass(frozen=True, kw_only=True)
 class LiveAbout:
-    """What is known of a run before it begins.
-
-    Attributes
-    ----------
-    channels
-        All that will be recorded.
-    procedure
-        None where channels are recorded without one.
-    branches
-        Predicted curves, as in a rehearsal's ``result.json``.
-    window_s
-        How much of the time signals is in sight, s.
-    """
+    """What is known of a run before it begins."""
 
     title: str
     channels: tuple[Channel, ...]
+    """All that will be recorded."""
     procedure: Procedure | None = None
+    """None where channels are recorded without one."""
     branches: tuple[Mapping[str, Any], ...] = ()
+    """Predicted curves, as in a rehearsal's ``result.json``."""
     window_s: float = 10.0
+    """How much of the time signals is in sight, s."""

@@ -25,15 +25,12 @@ VIEWER_END_S, FILE_END_S = 5.0, 20.0
 class LiveView:
     """Hands a run over to a process that draws it; nothing here waits once the run goes.
 
+    RuntimeError if the process does not start.
+
     Parameters
     ----------
     to
         The address of a viewer, ``rerun+http://HOST:PORT/proxy``, or the .rrd file to write.
-
-    Raises
-    ------
-    RuntimeError
-        If the process does not start.
     """
 
     def __init__(self, about: LiveAbout, to: str | Path) -> None:

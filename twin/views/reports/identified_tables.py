@@ -32,31 +32,23 @@ NAMES = {
 
 @dataclass(frozen=True, kw_only=True)
 class Determined:
-    """How well the data determine one parameter of the base family.
-
-    Attributes
-    ----------
-    parameter, joint : str
-        What it is, and whose, where there are several joints; together they are its `name`.
-    relative : bool
-        Whether `beforehand` and `std` are of the logarithm; else they are absolute (loss factors).
-    beforehand : float
-        Standard deviation before the data, if all other parameters were known.
-    partner, correlation : str, float
-        The parameter that it is most correlated with, where the model left both free; empty and 0 elsewhere.
-    """
+    """How well the data determine one parameter of the base family."""
 
     parameter: str
     joint: str
+    """What it is, and whose, where there are several joints; together they are its `name`."""
     name: str
     unit: str
     nominal: float
     estimate: Estimate
     relative: bool
+    """Whether `beforehand` and `std` are of the logarithm; else they are absolute (loss factors)."""
     beforehand: float
+    """Standard deviation before the data, if all other parameters were known."""
     std: float
     partner: str
     correlation: float
+    """The parameter that it is most correlated with, where the model left both free; empty and 0 elsewhere."""
 
     @property
     def narrowed(self) -> float:

@@ -67,33 +67,23 @@ class Axis:
 
 @dataclass
 class Chart:
-    """One chart under one entity of a recording.
-
-    Parameters
-    ----------
-    path
-        Entity under which everything of the chart lies.
-    x, y
-        Its axes; the vertical one may do without a label.
-    width
-        Of the frame, beside its height of 640: of a chart for a pane that is wide.
-    text
-        Size of the text beside that of the frame: more than 1 in small panes, since text is as large in any.
-    growing
-        Drawn anew, under the same entity, as data come: what is drawn holds from the recording's present time on.
-    legend_rows
-        Room for the legend, in rows; as it turns out if left out.
-    """
+    """One chart under one entity of a recording."""
 
     recording: rr.RecordingStream
     path: str
+    """Entity under which everything of the chart lies."""
     title: str
     x: Axis
     y: Axis
+    """Its axes; the vertical one may do without a label."""
     width: float = WIDTH
+    """Of the frame, beside its height of 640: of a chart for a pane that is wide."""
     text: float = 1.0
+    """Size of the text beside that of the frame: more than 1 in small panes, since text is as large in any."""
     growing: bool = False
+    """Drawn anew, under the same entity, as data come: what is drawn holds from the recording's present time on."""
     legend_rows: int | None = None
+    """Room for the legend, in rows; as it turns out if left out."""
     _legend: list[tuple[str, str]] = field(default_factory=list)
 
     @property

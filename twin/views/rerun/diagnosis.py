@@ -12,7 +12,7 @@ from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.fitted_model import modification_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.measured_data import MeasuredData
-from twin.views.curves import LawBand, broadband_responses, compared_models, each_resonance, law_bands
+from twin.views.curves import LawBand, broadband_responses, compared_models, each_resonance, laws_by_kind
 from twin.views.operating import modal_motion, operating_motions
 from twin.views.receptance import per_force, per_force_label, response_label
 from twin.views.reports.diagnosis import diagnosis_page
@@ -29,13 +29,7 @@ KINDS = (("before", "dashed", 1.5), ("after", "line", 2.0), ("measured", "point"
 
 
 def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
-    """Write `diagnosis` as an .rrd that opens arranged.
-
-    Raises
-    ------
-    InputError
-        If `path` cannot be written.
-    """
+    """Write `diagnosis` as an .rrd that opens arranged; InputError if `path` cannot be written."""
     evidence = diagnosis.evidence
     fitted = list(compared_models(diagnosis).values())[-1]
     with recording_file(path) as recording:
@@ -164,11 +158,7 @@ def _broadband(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.
 
 def _law(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatial2DView]:
     """Softening over opening and loss over slip, with bands of one standard deviation, of both models."""
-    laws = {
-        kind: bands
-        for kind, fitted_model in compared_models(diagnosis).items()
-        if (bands := law_bands(diagnosis.evidence, fitted_model))
-    }
+    laws = laws_by_kind(diagnosis.evidence, compared_models(diagnosis))
     count = len(next(iter(laws.values()), ()))
     return [_law_chart(recording, {kind: bands[i] for kind, bands in laws.items()}) for i in range(count)]
 

@@ -19,13 +19,7 @@ from twin.views.style import AFTER, BEFORE, MEASURED, NOISE
 
 
 def save_modes_view(found: MeasuredModes, path: Path) -> None:
-    """Write a modal test as an .rrd file, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If `path` cannot be written.
-    """
+    """Write a modal test as an .rrd file, whole or not at all; InputError if `path` cannot be written."""
     with recording_file(path) as recording:
         tabs = [_stabilisation(recording, found), *_nyquist(recording, found)]
         shapes = _shapes(recording, found)

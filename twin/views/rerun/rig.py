@@ -17,13 +17,7 @@ MODES = 6
 
 
 def save_rig_view(modelled: ModelledRig, path: Path) -> None:
-    """Write a rig as an .rrd file, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If `path` cannot be written.
-    """
+    """Write a rig as an .rrd file, whole or not at all; InputError if `path` cannot be written."""
     with recording_file(path) as recording:
         send_layout(recording, _draw(recording, modelled), timeline=SLOW_MOTION)
 

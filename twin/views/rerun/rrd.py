@@ -21,13 +21,7 @@ EVENTS, TIME = "/events", "time"
 
 @contextmanager
 def recording_file(path: Path) -> Iterator[rr.RecordingStream]:
-    """A recording that becomes `path` when the block ends without an error.
-
-    Raises
-    ------
-    InputError
-        If `path` cannot be written.
-    """
+    """A recording that becomes `path` when the block ends without an error; InputError if `path` cannot be written."""
     recording = rr.RecordingStream(APPLICATION, send_properties=False)
     with whole_file(path) as part:
         try:

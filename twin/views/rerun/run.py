@@ -30,17 +30,12 @@ WIDE = 1350.0
 
 
 def save_run(run: Run, path: Path, *, rehearsal: Mapping[str, Any] | None = None) -> None:
-    """Write `run` as an .rrd that opens arranged.
+    """Write `run` as an .rrd that opens arranged; InputError if `path` cannot be written.
 
     Parameters
     ----------
     rehearsal
         The table of a rehearsal (``result.json``): its warnings and predicted branches are shown too.
-
-    Raises
-    ------
-    InputError
-        If `path` cannot be written.
     """
     with recording_file(path) as recording:
         signals = _signals(recording, run)

@@ -21,13 +21,7 @@ WIDE = 2400.0
 
 
 def save_table(table: SweepTable | FrequencyTable, path: Path) -> None:
-    """Write `table` as an .rrd that opens arranged.
-
-    Raises
-    ------
-    InputError
-        If `path` cannot be written.
-    """
+    """Write `table` as an .rrd that opens arranged; InputError if `path` cannot be written."""
     with recording_file(path) as recording:
         if isinstance(table, SweepTable):
             about, views = _about_sweeps(table), _sweeps(recording, table)

@@ -49,10 +49,7 @@ def find_viewer() -> str | None:
 def viewer_url(address: str) -> str:
     """The URL of a running viewer from ``HOST:PORT`` or the URL itself.
 
-    Raises
-    ------
-    InputError
-        If it is no address, or nobody listens there.
+    InputError if it is no address, or nobody listens there.
     """
     found = _ADDRESS.fullmatch(address)
     if found is None or not 0 < int(found[2]) < 65536:
@@ -70,15 +67,12 @@ def viewer_url(address: str) -> str:
 def open_viewer(*options: str, file: Path | None = None) -> Viewer:
     """Start a viewer that listens on this machine's loopback alone, and wait until it does.
 
+    RuntimeError if the program is not there, or does not come up.
+
     Parameters
     ----------
     options
         Further ones of the program ``rerun``.
-
-    Raises
-    ------
-    RuntimeError
-        If the program is not there, or does not come up.
     """
     program = find_viewer()
     if program is None:
@@ -117,19 +111,14 @@ def headless_viewer(*, file: Path | None = None) -> Iterator[Viewer]:
 def save_picture(viewer: Viewer, picture: Path, *, at: tuple[str, float] | None = None) -> None:
     """Write what a viewer shows as a PNG.
 
+    RuntimeError if the viewer does not draw; InputError if `picture` cannot be written.
+
     Parameters
     ----------
     viewer
         With data loaded or coming.
     at
         Timeline and time, s, to show; where the viewer stands if left out.
-
-    Raises
-    ------
-    RuntimeError
-        If the viewer does not draw.
-    InputError
-        If `picture` cannot be written.
     """
     from rerun.experimental import ViewerClient
 
