@@ -234,7 +234,7 @@ def _fitted_rivals(
         ran_out = leading.solution.ended == "out of iterations"
         again = [rival for rival in again if ran_out and rival.key == leading.hypotheses[-1].key]
     fits += _begun_and_raced(race, model, _beside_no_law, again, report)
-    if fits and threshold_of(evidence, _likeliest(fits)):
+    if any(threshold_of(evidence, fit) for fit in fits):
         fits += race.with_best_threshold()
     if fits and not (leading := _likeliest(fits)).errors.as_small_as(sound) and not time_is_up():
         fits.append(once_more(evidence, race.harmonics, leading, race.tolerances))
