@@ -156,11 +156,10 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int, lines: Map
                 overloaded += int(np.sum(np.abs(piece[known[-1]].astype(float)) >= limit * (1 - 1e-6)))
         sound = np.concatenate([*known, np.zeros(0, bool)])
         lost = max(lost, int(np.sum(~sound)))
-        if sound.sum() < 16 or sound.mean() < LIMITS.least_sound:
+        periods = (sound.sum() - 1) / device.sample_rate_Hz * step.frequency_Hz
+        if sound.sum() < 16 or sound.mean() < LIMITS.least_sound or periods < 2:
             return None
         shapes = _Shapes.of(device, first, sound, stretch.start_ns, omega, lines.get(name))
-        if shapes.length_s * sound.mean() * step.frequency_Hz < 2:
-            return None
         # The channels of one device share their instants, and with them the costly part of the fit.
         key = (device.device, first, sound.tobytes(), lines.get(name))
         together.setdefault(key, (shapes, []))[1].append(name)
@@ -231,19 +230,11 @@ class _Shapes:
         """How many samples are known."""
         return int(np.sum(self.sound))
 
-    @property
-    def length_s(self) -> float:
-        """From the first sample to the last, known or not."""
-        return self._time_s(len(self.sound) - 1) - self._time_s(0)
-
     @cached_property
     def known_s(self) -> float:
-        """The same of those that are known."""
-        first, last = np.flatnonzero(self.sound)[[0, -1]]
-        return self._time_s(int(last)) - self._time_s(int(first))
-
-    def _time_s(self, position: int) -> float:
-        return float(self.device.times_ns(self.first + position, self.first + position + 1)[0] - self.start_ns) * 1e-9
+        """From the first of them to the last."""
+        first, last = np.flatnonzero(self.sound)[[0, -1]].tolist()
+        return float(self.time_s(slice(last, last + 1))[0] - self.time_s(slice(first, first + 1))[0])
 
     @cached_property
     def _middle_s(self) -> float:
