@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from recordings.level import Level
-from recordings.run import Run
+from recordings.run import PIECE, Run, pieces
 from recordings.sweeps import Stretch, sweeps
 from twin.checks.agreement import RunBesideModel
 from twin.checks.expected import ExpectedResponse
@@ -83,22 +83,31 @@ def look_at_aliasing(run: Run, *, force: str) -> list[Finding]:
     device = run.device_of(force)
     for sweep in sweeps(run):
         for stretch in sweep.stretches:
-            samples = run.between(force, stretch.start_ns, stretch.stop_ns).astype(float)
-            if stretch.step.frequency_Hz > 0 or len(samples) < 64 or not np.isfinite(samples).all():
+            if stretch.step.frequency_Hz > 0:
                 continue
-            power = np.abs(np.fft.rfft(np.hanning(len(samples)) * (samples - samples.mean()))) ** 2
-            part = np.fft.rfftfreq(len(samples))
-            top = float(np.mean(power[(part > TOP[0]) & (part < TOP[1])]))
-            if top > ALIASED * float(np.mean(power)):
+            top = whole = 0.0
+            ends = device.position_at(stretch.start_ns), device.position_at(stretch.stop_ns)
+            for samples in pieces(device.values[force], *ends):
+                if len(samples) < 64 or not np.isfinite(samples).all():
+                    continue
+                x = samples.astype(float)
+                power = np.abs(np.fft.rfft(np.hanning(len(x)) * (x - x.mean()))) ** 2
+                part = np.fft.rfftfreq(len(x))
+                top += float(np.mean(power[(part > TOP[0]) & (part < TOP[1])]))
+                whole += float(np.mean(power))
+            if top > ALIASED * whole:
                 expected = f"no force near half its sample rate of {device.sample_rate_Hz:g} Hz"
-                found = f"{top / float(np.mean(power)):.0%} of its mean density there: no anti-aliasing filter?"
+                found = f"{top / whole:.0%} of its mean density there: no anti-aliasing filter?"
                 return [Finding(run.path, force, "aliasing", expected, found, "told")]
     return []
 
 
 def _share(run: Run, channel: str, stretch: Stretch) -> float:
-    """Share of a step's power that the step's frequency and its harmonics have; nan where samples are missing."""
-    samples = run.between(channel, stretch.start_ns, stretch.stop_ns).astype(float)
+    """Share of a step's power that the step's frequency and its harmonics have; nan where samples are missing.
+
+    Of a long step the beginning tells.
+    """
+    samples = run.between(channel, stretch.start_ns, stretch.stop_ns)[: PIECE // 4].astype(float)
     turns = stretch.step.frequency_Hz / run.device_of(channel).sample_rate_Hz
     if len(samples) < LEAST_SAMPLES or not np.isfinite(samples).all() or np.ptp(samples) == 0:
         return np.nan

@@ -7,7 +7,7 @@ constants leave: white noise of each channel, noise of the force (which all chan
 joint's nonlinearity under broadband excitation distorts the lines.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -117,8 +117,10 @@ def find_resonances(record: BroadbandRecord, *, force: str, channels: tuple[str,
         Where the force's power is above :data:`EXCITED` of its upper level.
     """
     response = h1(record, force=force)
-    S = np.abs(np.fft.rfft(record.samples[force])) ** 2
-    frequency = np.fft.rfftfreq(len(record.samples[force]), 1 / record.sample_rate_Hz)
+    S = np.zeros(record.part_length // 2 + 1)
+    for part in record.parts():
+        S += np.abs(np.fft.rfft(part.samples[force])) ** 2
+    frequency = np.fft.rfftfreq(record.part_length, 1 / record.sample_rate_Hz)
     smooth = np.convolve(S, np.ones(61) / 61, mode="same")
     excited = frequency[smooth > EXCITED * _upper_level(smooth)]
     band = np.array([excited[0], excited[-1]])
@@ -145,8 +147,11 @@ def bin_response(
     resonances_Hz: Real,
     band_Hz: Real,
     half_width_Hz: float = LIMITS.half_width_Hz,
+    mended: Callable[[BroadbandRecord], BroadbandRecord] = lambda part: part,
 ) -> BinnedResponse:
     """Reduce a record to bins.
+
+    A long one is reduced part by part, each with its own transient; the scatter of a bin is that of all parts' lines.
 
     Parameters
     ----------
@@ -158,40 +163,26 @@ def bin_response(
         Where the response may change fast: the data's own and the reference's resonances.
     half_width_Hz
         Least distance to a resonance that is told apart.
+    mended
+        A part with its missing samples filled in by what is known of them.
     """
-    frequency, U = record.lines(force, (float(band_Hz[0]), float(band_Hz[1])))
-    Y = np.stack([record.lines(c, (float(band_Hz[0]), float(band_Hz[1])))[1] for c in channels], axis=1)
-    omega = 2 * np.pi * frequency
-    H_reference = reference(omega)
-    R = Y - H_reference * U[:, None]
-    edges = response_bins(frequency, resonances_Hz, half_width_Hz)
-    starts, counts = edges[:-1], np.diff(edges)
-    bin_of = np.repeat(np.arange(len(starts)), counts)
-    power = np.abs(U) ** 2
-    total = np.add.reduceat(power, starts)
-
-    def deviation(R: Complex) -> tuple[Complex, Complex]:
-        """Best constant difference to the reference in each bin, and what it leaves."""
-        D = np.add.reduceat(np.conj(U)[:, None] * R, starts) / total[:, None]
-        return D, R - D[bin_of] * U[:, None]
-
-    # Weighting the transient's fit wants the noise, whose estimate wants the transient taken off: two passes do.
-    noise = np.einsum("fo,fp->fop", H_reference, np.conj(H_reference)) + np.eye(len(channels)) * np.median(
-        np.abs(H_reference) ** 2
-    )
-    for _ in range(2):
-        without = R - _transient(R, omega, poles, noise)
-        D, E = deviation(without)
-        Su, Sy = _white_noise(E, H_reference, bin_of, counts)
-        noise = Su * H_reference[:, :, None] * np.conj(H_reference)[:, None, :] + np.eye(len(channels)) * Sy
-    centre = np.add.reduceat(power * frequency, starts) / total
+    band = float(band_Hz[0]), float(band_Hz[1])
+    parts = [
+        _reduced(mended(part), force, channels, reference, poles, resonances_Hz, band, half_width_Hz)
+        for part in record.parts()
+    ]
+    counts, lines_per_Hz = len(parts) * parts[0].counts, record.part_length / record.sample_rate_Hz
+    Su, Sy = float(np.mean([part.Su for part in parts])), np.mean([part.Sy for part in parts], axis=0)
+    total = np.sum([part.total for part in parts], axis=0)
+    centre = np.sum([part.total * part.centre for part in parts], axis=0) / total
+    D = np.sum([part.total[:, None] * part.D for part in parts], axis=0) / total[:, None]
+    scatter = np.sum([part.scatter + _products(part.D - D, part.total[:, None]) for part in parts], axis=0)
     smooth = reference(2 * np.pi * centre)
-    lines_per_Hz = 1.0 / (frequency[1] - frequency[0])
     # Noise of the force makes the least-squares ratio too small by its share of the force's power.
     H = (smooth + D) * (1 + Su * counts / total)[:, None]
     # The reference's direction, not the noisy estimate's: else one line of weak force would set its own weight.
     covariance = Su * smooth[:, :, None] * np.conj(smooth)[:, None, :] + np.eye(len(channels)) * Sy
-    distortion = _distortion(E, covariance, bin_of, counts, centre)
+    distortion = _distortion(scatter, covariance, counts, centre)
     covariance = covariance * np.maximum(1.0, distortion)[:, None, None] / total[:, None, None]
     # The logarithm of a response wants it well above its noise.
     share = np.max(np.einsum("boo->bo", covariance).real / np.abs(smooth) ** 2, axis=1)
@@ -209,28 +200,99 @@ def bin_response(
         channels=channels,
         noise_density=dict(zip((force, *channels), density.tolist(), strict=True)),
         distortion=distortion,
-        force_power=total / 2,
+        force_power=total / (2 * len(parts)),
         resonances_Hz=resonances_Hz,
     )
 
 
-def _transient(R: Complex, omega: Real, poles: Complex, noise: Complex) -> Complex:
+@dataclass(frozen=True, kw_only=True)
+class _Part:
+    """Bins (b,) of one part of a record: lines, their force's power in all, and its centre, Hz.
+
+    `D` (b, o) is the best constant difference to the reference, `scatter` (b, o, o) the products of what it leaves;
+    `Su` and `Sy` (o,) are the white noise of the force's lines and of the channels'.
+    """
+
+    counts: NDArray[np.int64]
+    total: Real
+    centre: Real
+    D: Complex
+    scatter: Complex
+    Su: float
+    Sy: Real
+
+
+def _products(E: Complex, weight: Real | float = 1.0) -> Complex:
+    """E E^H of each row, (b, o) to (b, o, o)."""
+    return np.asarray((weight * E)[:, :, None] * np.conj(E)[:, None, :])
+
+
+def _reduced(
+    record: BroadbandRecord,
+    force: str,
+    channels: tuple[str, ...],
+    reference: Callable[[Real], Complex],
+    poles: Complex,
+    resonances_Hz: Real,
+    band_Hz: tuple[float, float],
+    half_width_Hz: float,
+) -> _Part:
+    """One part; see :func:`bin_response`."""
+    frequency, U = record.lines(force, band_Hz)
+    omega = 2 * np.pi * frequency
+    H_reference = np.empty((len(omega), len(channels)), complex)
+    for rows in _blocks(len(omega)):
+        H_reference[rows] = reference(omega[rows])
+    R = -H_reference * U[:, None]
+    for o, channel in enumerate(channels):
+        R[:, o] += record.lines(channel, band_Hz)[1]
+    edges = response_bins(frequency, resonances_Hz, half_width_Hz)
+    starts, counts = edges[:-1], np.diff(edges)
+    bin_of = np.repeat(np.arange(len(starts)), counts)
+    power = np.abs(U) ** 2
+    total = np.add.reduceat(power, starts)
+    # Weighting the transient's fit wants the noise, whose estimate wants the transient taken off: two passes do.
+    Su, Sy = 1.0, np.full(len(channels), np.median(np.abs(H_reference) ** 2))
+    for _ in range(2):
+        E = R - _transient(R, omega, poles, H_reference, Su, Sy)
+        D = np.add.reduceat(np.conj(U)[:, None] * E, starts) / total[:, None]
+        E -= D[bin_of] * U[:, None]
+        Su, Sy = _white_noise(E, H_reference, bin_of, counts)
+    scatter = np.empty((len(starts), len(channels), len(channels)), complex)
+    for o in range(len(channels)):
+        scatter[:, o] = np.add.reduceat(E[:, o, None] * np.conj(E), starts)
+    centre = np.add.reduceat(power * frequency, starts) / total
+    return _Part(counts=counts, total=total, centre=centre, D=D, scatter=scatter, Su=Su, Sy=Sy)
+
+
+def _blocks(lines: int, outputs: int = 1) -> Iterator[slice]:
+    """Slices of spectral lines of whose responses memory holds what is made."""
+    each = max(1, LIMITS.lines_at_once // outputs)
+    return (slice(first, first + each) for first in range(0, lines, each))
+
+
+def _transient(R: Complex, omega: Real, poles: Complex, H: Complex, Su: float, Sy: Real) -> Complex:
     """Least-squares fit of the free decays that the record's ends cut: one residue per pole and channel.
 
-    Weighted by the lines' noise covariance (f, o, o): noise of the force moves all channels together and far more
-    than their own noise does, and unweighted it would leak into their ratio.
+    Weighted by the lines' noise: that of the force, `Su`, moves all channels together by their responses `H` (f, o) and
+    far more than their own noise `Sy` does, and unweighted it would leak into their ratio.
     """
-    jw, scale = 1j * omega, omega[-1]
-    basis = np.stack([1 / (jw - pole) for pole in poles] + [np.ones_like(jw), jw / scale, scale / jw], axis=1)
-    basis = basis / np.linalg.norm(basis, axis=0)
-    outputs, count = R.shape[1], basis.shape[1]
-    white = np.linalg.inv(np.linalg.cholesky(noise))
-    A = (white[:, :, :, None] * basis[:, None, None, :]).reshape(len(omega) * outputs, outputs * count)
-    y = (white @ R[:, :, None]).reshape(-1)
-    norm = np.linalg.norm(A, axis=0)
-    A = A / norm
-    solution = np.linalg.lstsq(A.conj().T @ A, A.conj().T @ y, rcond=1e-13)[0] / norm
-    return basis @ solution.reshape(outputs, count).T
+    outputs, count = R.shape[1], len(poles) + 3
+
+    def decays(rows: slice) -> Complex:
+        jw, scale = 1j * omega[rows], omega[-1]
+        return np.stack([1 / (jw - pole) for pole in poles] + [np.ones_like(jw), jw / scale, scale / jw], axis=1)
+
+    gram, right = np.zeros((outputs * count, outputs * count), complex), np.zeros(outputs * count, complex)
+    for rows in _blocks(len(omega), outputs):
+        white = np.linalg.inv(np.linalg.cholesky(Su * _products(H[rows]) + np.diag(Sy)))
+        A = (white[:, :, :, None] * decays(rows)[:, None, None, :]).reshape(-1, outputs * count)
+        gram += A.conj().T @ A
+        right += A.conj().T @ (white @ R[rows, :, None]).reshape(-1)
+    norm = np.sqrt(np.diag(gram).real)
+    solution = np.linalg.lstsq(gram / np.outer(norm, norm), right / norm, rcond=1e-13)[0] / norm
+    residues = solution.reshape(outputs, count).T
+    return np.concatenate([decays(rows) @ residues for rows in _blocks(len(omega))])
 
 
 def response_bins(
@@ -277,15 +339,10 @@ def _white_noise(E: Complex, H: Complex, bin_of: NDArray[np.int64], counts: NDAr
     return float(solution[0]), np.maximum(solution[1:], floor)
 
 
-def _distortion(
-    E: Complex, covariance: Complex, bin_of: NDArray[np.int64], counts: NDArray[np.int64], centre: Real
-) -> Real:
+def _distortion(scatter: Complex, covariance: Complex, counts: NDArray[np.int64], centre: Real) -> Real:
     """Scatter of the lines in units of the white noise, pooled over neighbouring bins."""
-    outputs = E.shape[1]
-    L = np.linalg.cholesky(covariance)
-    white = np.linalg.solve(L[bin_of], E[:, :, None])[:, :, 0]
-    sums = np.bincount(bin_of, np.sum(np.abs(white) ** 2, axis=1), minlength=len(counts))
-    freedom = outputs * (counts - 1.0)
+    sums = np.einsum("boo->b", np.linalg.solve(covariance, scatter)).real
+    freedom = scatter.shape[1] * (counts - 1.0)
     out = np.ones(len(counts))
     for b in range(len(counts)):
         lo, hi, have = b, b + 1, freedom[b]

@@ -236,11 +236,15 @@ class Limits:
     such part, and is fitted without making them twice."""
     least_sound: float = 0.75
     """Share of a step's samples that must be there in every channel."""
+    sine_fit_samples: int = 1 << 18
+    """Samples of which one spectrum tells the noise, ten seconds at 25.6 kHz: that of a longer step is a mean."""
     sine_fit_passed: float = 0.4
     """Of the sample rate: above lies the transition of usual anti-aliasing filters, where sizes mean nothing."""
     sine_fit_apart: float = 1.5
     """Distance of a line from a harmonic, over 1 / duration, from which on the two are told apart."""
     # spectrum.py
+    spectrum_samples: int = 1_600_000
+    """Of a record that is transformed in one piece, a minute at 25.6 kHz: a longer one is reduced part by part."""
     spectrum_overlapping: float = 1 / 6
     """Correlation of Hann-windowed segments that overlap by half (Welch 1967)."""
     # updated_rig.py

@@ -286,14 +286,19 @@ def _binned(
     reference: Callable[[Real], Complex],
 ) -> BinnedResponse:
     channels = tuple(output.channel for output in model.outputs)
+
+    def mended(part: BroadbandRecord) -> BroadbandRecord:
+        return driven_through(part, reference, force=force, channels=channels, up_to_Hz=float(band[1]))
+
     return bin_response(
-        driven_through(record, reference, force=force, channels=channels, up_to_Hz=float(band[1])),
+        record,
         force=force,
         channels=channels,
         reference=reference,
         poles=poles,
         resonances_Hz=np.concatenate([resonances, poles.imag / (2 * np.pi)]),
         band_Hz=band,
+        mended=mended,
     )
 
 

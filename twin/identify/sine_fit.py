@@ -7,14 +7,15 @@ The noise is estimated, not assumed: its power beside each harmonic is read off 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from recordings.run import Run
+from recordings.run import DeviceSamples, Run, pieces
 from recordings.sweeps import Stretch, sweeps
 from twin.identify.limits import LIMITS
 
@@ -143,33 +144,29 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int, lines: Map
     omega = 2 * np.pi * step.frequency_Hz
     amplitude, variance, drift, drift_std = {}, {}, {}, {}
     up_to_nyquist: dict[str, dict[str, Harmonics]] = {}
-    together: dict[tuple[str, int, int, bytes, Line | None], tuple[_Shapes, dict[str, NDArray[np.float64]]]] = {}
+    together: dict[tuple[str, int, bytes, Line | None], tuple[_Shapes, list[str]]] = {}
     lost = overloaded = 0
     for name in names:
-        device = run.device_of(name)
+        device, limit = run.device_of(name), run.channels[name].range
         first, last = device.position_at(stretch.start_ns), device.position_at(stretch.stop_ns)
-        samples = device.values[name][first:last].astype(float)
-        time = (device.times_ns(first, last) - stretch.start_ns) * 1e-9
-        sound = np.isfinite(samples)
+        known = []
+        for piece in pieces(device.values[name], first, last):
+            known.append(np.isfinite(piece))
+            if limit is not None:
+                overloaded += int(np.sum(np.abs(piece[known[-1]].astype(float)) >= limit * (1 - 1e-6)))
+        sound = np.concatenate([*known, np.zeros(0, bool)])
         lost = max(lost, int(np.sum(~sound)))
-        limit = run.channels[name].range
-        if limit is not None:
-            overloaded += int(np.sum(np.abs(samples[sound]) >= limit * (1 - 1e-6)))
-        if (
-            sound.sum() < 16
-            or sound.mean() < LIMITS.least_sound
-            or (time[-1] - time[0]) * sound.mean() * step.frequency_Hz < 2
-        ):
+        periods = (sound.sum() - 1) / device.sample_rate_Hz * step.frequency_Hz
+        if sound.sum() < 16 or sound.mean() < LIMITS.least_sound or periods < 2:
             return None
+        shapes = _Shapes.of(device, first, sound, stretch.start_ns, omega, lines.get(name))
         # The channels of one device share their instants, and with them the costly part of the fit.
-        key = (device.device, first, last, sound.tobytes(), lines.get(name))
-        if key not in together:
-            together[key] = _Shapes.of(time[sound], omega, device.sample_rate_Hz, lines.get(name)), {}
-        together[key][1][name] = samples[sound]
+        key = (device.device, first, sound.tobytes(), lines.get(name))
+        together.setdefault(key, (shapes, []))[1].append(name)
     fits = {
         name: fit
         for shapes, alike in together.values()
-        for name, fit in zip(alike, _fit_channels(shapes, list(alike.values())), strict=True)
+        for name, fit in zip(alike, _fit_channels(shapes, alike), strict=True)
     }
     for name in names:
         device, fit = run.device_of(name), fits[name]
@@ -204,64 +201,106 @@ class _Shapes:
     A line too `near` to a harmonic to be told from it is not fitted but leaks.
     """
 
-    time: NDArray[np.float64]
+    device: DeviceSamples
+    first: int
+    sound: NDArray[np.bool_]
+    start_ns: int
     omega: float
     count: int
     line: Line | None
-    near: bool
+    near: bool = False
 
     @staticmethod
-    def of(time: NDArray[np.float64], omega: float, rate_Hz: float, line: Line | None) -> _Shapes:
-        count = int(min(MOST_HARMONICS, 0.98 * np.pi * rate_Hz / omega, (len(time) - 1) // 4))
-        near = False
-        if line is not None:
-            drive = omega / (2 * np.pi)
-            order = round(line.frequency_Hz / drive)
-            near = (
-                0 < order <= count
-                and abs(line.frequency_Hz - order * drive) * (time[-1] - time[0]) < LIMITS.sine_fit_apart
-            )
-        return _Shapes(time, omega, count, line, near)
+    def of(
+        device: DeviceSamples, first: int, sound: NDArray[np.bool_], start_ns: int, omega: float, line: Line | None
+    ) -> _Shapes:
+        """Those of as many samples from a position on as `sound` tells which are known of."""
+        known = int(np.sum(sound))
+        count = int(min(MOST_HARMONICS, 0.98 * np.pi * device.sample_rate_Hz / omega, (known - 1) // 4))
+        shapes = _Shapes(device, first, sound, start_ns, omega, count, line)
+        if line is None:
+            return shapes
+        drive = omega / (2 * np.pi)
+        order = round(line.frequency_Hz / drive)
+        apart = abs(line.frequency_Hz - order * drive) * shapes.known_s
+        return replace(shapes, near=0 < order <= count and apart < LIMITS.sine_fit_apart)
 
-    def blocks(self) -> Iterator[tuple[slice, NDArray[np.float64]]]:
-        """Rows of the columns, a part at a time: those of a long step at a high rate are hundreds of megabytes."""
-        if len(self.time) <= LIMITS.sine_fit_rows:
-            yield slice(None), self._all
+    @cached_property
+    def known(self) -> int:
+        """How many samples are known."""
+        return int(np.sum(self.sound))
+
+    @cached_property
+    def known_s(self) -> float:
+        """From the first of them to the last."""
+        first, last = np.flatnonzero(self.sound)[[0, -1]].tolist()
+        return float(self.time_s(slice(last, last + 1))[0] - self.time_s(slice(first, first + 1))[0])
+
+    @cached_property
+    def _middle_s(self) -> float:
+        return sum(float(np.sum(self.time_s(rows))) for rows in self._rows(slice(0, len(self.sound)))) / self.known
+
+    def parts(self) -> Iterator[slice]:
+        """The stretch in as few parts of about one length as make one spectrum each, but for those mostly lost."""
+        count = -(-len(self.sound) // LIMITS.sine_fit_samples)
+        edges = np.linspace(0, len(self.sound), count + 1).astype(int).tolist()
+        return (slice(*ends) for ends in pairwise(edges) if np.mean(self.sound[slice(*ends)]) > 0.5)
+
+    def blocks(self, part: slice) -> Iterator[tuple[slice, NDArray[np.float64]]]:
+        """Columns, some rows at a time: those of a long step at a high rate are hundreds of megabytes."""
+        if len(self.sound) <= LIMITS.sine_fit_rows:
+            yield part, self._all
             return
-        for first in range(0, len(self.time), LIMITS.sine_fit_rows):
-            rows = slice(first, first + LIMITS.sine_fit_rows)
+        for rows in self._rows(part):
             yield rows, self._columns(rows)
+
+    @staticmethod
+    def _rows(part: slice) -> Iterator[slice]:
+        each = LIMITS.sine_fit_rows
+        return (slice(first, min(first + each, part.stop)) for first in range(part.start, part.stop, each))
+
+    def samples(self, channels: Sequence[str], rows: slice) -> NDArray[np.float64]:
+        """Those of some channels that are known, (n, channels)."""
+        taken = slice(self.first + rows.start, self.first + rows.stop)
+        return np.stack([self.device.values[name][taken][self.sound[rows]] for name in channels], axis=1).astype(float)
+
+    def time_s(self, rows: slice) -> NDArray[np.float64]:
+        """When they were taken, since the stretch began."""
+        stamps = self.device.times_ns(self.first + rows.start, self.first + rows.stop)
+        return np.asarray((stamps[self.sound[rows]] - self.start_ns) * 1e-9)
 
     @cached_property
     def _all(self) -> NDArray[np.float64]:
-        return self._columns(slice(None))
+        return self._columns(slice(0, len(self.sound)))
 
     def _columns(self, rows: slice) -> NDArray[np.float64]:
-        time = self.time[rows]
-        angle = self.omega * time[:, None] * np.arange(1, self.count + 1)
-        cosine, sine = np.cos(angle), np.sin(angle)
-        centred = (time - self.time.mean()) / (self.time[-1] - self.time[0])
+        time = self.time_s(rows)
+        turn = np.exp(1j * self.omega * time)[:, None]
+        harmonics = np.cumprod(np.broadcast_to(turn, (len(time), self.count)), axis=1)
+        cosine, sine = harmonics.real, harmonics.imag
+        centred = (time - self._middle_s) / self.known_s
         # The slow columns take up a decay that is still going on, which else would look like noise.
         slow = np.stack([np.ones(len(time)), centred * cosine[:, 0], -centred * sine[:, 0]], axis=1)
         return np.hstack([cosine, -sine, *([] if self.near else [self.foreign(rows)]), slow])
 
     def foreign(self, rows: slice) -> NDArray[np.float64]:
         """Cosine and sine of the line, or no columns."""
+        time = self.time_s(rows)
         if self.line is None:
-            return np.zeros((len(self.time[rows]), 0))
-        turn = 2 * np.pi * self.line.frequency_Hz * self.time[rows]
+            return np.zeros((len(time), 0))
+        turn = 2 * np.pi * self.line.frequency_Hz * time
         return np.stack([np.cos(turn), np.sin(turn)], axis=1)
 
 
 def _fit_channels(
-    shapes: _Shapes, channels: Sequence[NDArray[np.float64]]
+    shapes: _Shapes, channels: Sequence[str]
 ) -> list[tuple[NDArray[np.complex128], NDArray[np.float64], complex, float]]:
     """Of each channel: harmonics, their variances, the relative drift of the fundamental, its standard deviation."""
-    time, count = shapes.time, shapes.count
-    gram, right, foreign = np.zeros(()), [np.zeros(()) for _ in channels], np.zeros(())
-    for rows, basis in shapes.blocks():
+    count, known = shapes.count, shapes.known
+    gram, right, foreign = np.zeros(()), np.zeros(()), np.zeros(())
+    for rows, basis in shapes.blocks(slice(0, len(shapes.sound))):
         gram = gram + basis.T @ basis
-        right = [before + basis.T @ samples[rows] for before, samples in zip(right, channels, strict=True)]
+        right = right + basis.T @ shapes.samples(channels, rows)
         if shapes.near:
             foreign = foreign + basis.T @ shapes.foreign(rows)
     # Over two periods and more the columns are nearly orthogonal: normal equations lose nothing.
@@ -275,18 +314,22 @@ def _fit_channels(
     # Each harmonic's variance over what the same noise would make of it in whole periods: where clipped peaks are
     # missing, the highest harmonics can hide in the gaps.
     own = np.diag(cho_solve(factor, np.eye(len(gram))))
-    spread = (own[:count] + own[count : 2 * count]) * len(time) / 4
-    solutions = [cho_solve(factor, each) for each in right]
-    residuals = [samples.copy() for samples in channels]
-    for rows, basis in shapes.blocks():
-        for residual, solution in zip(residuals, solutions, strict=True):
-            residual[rows] -= basis @ solution
-    freedom = max(1, len(time) - len(gram))
+    spread = (own[:count] + own[count : 2 * count]) * known / 4
+    solutions = cho_solve(factor, right)
+    noise, seen = np.zeros((len(channels), count)), 0.0
+    for part in shapes.parts():
+        residual = np.concatenate(
+            [shapes.samples(channels, rows) - basis @ solutions for rows, basis in shapes.blocks(part)]
+        )
+        time, share = shapes.time_s(part), len(residual) / known
+        seen += share
+        # The longer the time, the less noise a line of it holds.
+        noise += [share**2 * _noise_beside(each, time, shapes.omega, count) for each in residual.T]
+    freedom = max(1, known - len(gram))
     fits = []
-    for solution, residual in zip(solutions, residuals, strict=True):
+    for solution, beside in zip(solutions.T, noise, strict=True):
         Z = solution[:count] + 1j * solution[count : 2 * count]
-        noise = _noise_beside(residual, time, shapes.omega, count) * len(time) / freedom
-        variance = noise * spread + leak[:-1]
+        variance = beside / seen * known / freedom * spread + leak[:-1]
         change = complex(solution[-2], solution[-1]) / Z[0] if Z[0] else 0j
         # Var of a slope over a unit interval is 12 times that of the mean; half of it falls on each of the two parts.
         drift_variance = 12 * variance[0] / 2 + leak[-1]

@@ -1,19 +1,50 @@
-"""Broadband runs: spectral lines of the whole record, and H1 with coherence for the eye."""
+"""Broadband runs: spectral lines of a record or of its parts, and H1 with coherence for the eye."""
 
 import tomllib
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
+from scipy import fft, signal
 
 from recordings.errors import InputError
-from recordings.run import Run
-from recordings.sweeps import sweeps
+from recordings.run import PIECE, Run, Samples
+from recordings.sweeps import Stretch, sweeps
 from twin.identify.gaps import fill_gaps
 from twin.identify.limits import LIMITS
+
+
+class _Cut(Mapping[str, NDArray[np.float64]]):
+    """Some of the samples of channels, read and without gaps, each time that they are asked for."""
+
+    def __init__(self, stored: Mapping[str, tuple[Samples, int]], length: int) -> None:
+        self._stored, self.length = stored, length
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        samples, first = self._stored[name]
+        return fill_gaps(samples[first : first + self.length].astype(float))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._stored)
+
+    def __len__(self) -> int:
+        return len(self._stored)
+
+    def part(self, start: int, length: int) -> "_Cut":
+        """Fewer of them."""
+        return _Cut({name: (samples, first + start) for name, (samples, first) in self._stored.items()}, length)
+
+    def missing(self) -> dict[str, NDArray[np.intp]]:
+        """Positions of those that were lost, of channels that lack some."""
+        found: dict[str, list[NDArray[np.intp]]] = {}
+        for at in range(0, self.length, PIECE):
+            for name, (samples, first) in self._stored.items():
+                piece = samples[first + at : first + min(at + PIECE, self.length)]
+                if len(lost := np.flatnonzero(~np.isfinite(piece))):
+                    found.setdefault(name, []).append(at + lost)
+        return {name: np.concatenate(lost) for name, lost in found.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,8 +55,8 @@ class BroadbandRecord:
     ----------
     time_s : float
         Of the stretch's middle, on the recording's own time base.
-    samples : dict of ndarray
-        Each channel's samples, all of one length, in its unit.
+    samples : mapping of ndarray
+        Each channel's samples, all of one length, in its unit; they may be read each time that they are asked for.
     missing : dict of ndarray
         Positions of the samples that were missing, of each channel that lacks some; they were filled in
         (:mod:`twin.identify.gaps`).
@@ -37,7 +68,7 @@ class BroadbandRecord:
     sweep: str
     time_s: float
     sample_rate_Hz: float
-    samples: dict[str, NDArray[np.float64]]
+    samples: Mapping[str, NDArray[np.float64]]
     missing: dict[str, NDArray[np.intp]] = field(default_factory=dict)
     late_s: dict[str, float] = field(default_factory=dict)
 
@@ -47,26 +78,69 @@ class BroadbandRecord:
         return sum(map(len, self.missing.values()))
 
     @property
+    def length(self) -> int:
+        """Samples of a channel."""
+        return self.samples.length if isinstance(self.samples, _Cut) else len(next(iter(self.samples.values())))
+
+    @property
     def duration_s(self) -> float:
         """Length of the record."""
-        return len(next(iter(self.samples.values()))) / self.sample_rate_Hz
+        return self.length / self.sample_rate_Hz
+
+    @property
+    def part_length(self) -> int:
+        """Samples of each of :meth:`parts`: a length whose transform needs little time and memory."""
+        count = max(1, -(-self.length // LIMITS.spectrum_samples))
+        return int(fft.prev_fast_len(max(1, self.length // count), real=True))
+
+    def parts(self) -> Iterator["BroadbandRecord"]:
+        """The record in as few pieces of one length as memory holds one by one: itself, if it is not long.
+
+        The few samples that remain belong to none; nor do pieces of which a channel lost every sample.
+        """
+        length = self.part_length
+        pieces = (self.piece(start, length) for start in range(0, self.length - length + 1, length))
+        return (piece for piece in pieces if piece.heard)
+
+    def piece(self, start: int, length: int) -> "BroadbandRecord":
+        """A shorter one."""
+        samples, stop = self.samples, start + length
+        missing = {
+            name: lost[slice(*np.searchsorted(lost, [start, stop]))] - start for name, lost in self.missing.items()
+        }
+        return replace(
+            self,
+            samples=samples.part(start, length)
+            if isinstance(samples, _Cut)
+            else {name: x[start:stop] for name, x in samples.items()},
+            missing={name: lost for name, lost in missing.items() if len(lost)},
+        )
+
+    @property
+    def heard(self) -> bool:
+        """Whether every channel has some sample."""
+        return all(len(lost) < self.length for lost in self.missing.values())
 
     def lines(self, channel: str, band_Hz: tuple[float, float]) -> tuple[NDArray[Any], NDArray[Any]]:
         """Frequencies and complex amplitudes (peak values) of the DFT lines within a band; a mean is none of them."""
-        x = self.samples[channel]
-        frequency = np.fft.rfftfreq(len(x), 1 / self.sample_rate_Hz)
+        frequency = np.fft.rfftfreq(self.length, 1 / self.sample_rate_Hz)
         inside = (frequency >= band_Hz[0]) & (frequency <= band_Hz[1]) & (frequency > 0)
+        frequency = frequency[inside]
         turn = np.exp(-2j * np.pi * frequency * self.late_s.get(channel, 0.0))
-        return frequency[inside], (2 * np.fft.rfft(x) / len(x) * turn)[inside]
+        return frequency, 2 * np.fft.rfft(self.samples[channel])[inside] / self.length * turn
 
 
 @dataclass(frozen=True, kw_only=True)
 class FrequencyResponse:
-    """H1 estimate with coherence: response per force, in unit/N; `averages` as many independent ones would be worth."""
+    """H1 estimate with coherence: response per force, in unit/N; `averages` as many independent ones would be worth.
+
+    `density` is that of the power of each channel, the force's too, unit^2/Hz.
+    """
 
     frequency_Hz: NDArray[np.float64]
     H: dict[str, NDArray[np.complex128]]
     coherence: dict[str, NDArray[np.float64]]
+    density: dict[str, NDArray[np.float64]]
     averages: int
 
 
@@ -102,39 +176,28 @@ def broadband_records(
                 told = ", ".join(f"{name} {value:g}" for name, value in rates.items())
                 reason = f"their sample rates differ (Hz: {told}) in the broadband sweep {sweep.name}"
                 raise InputError(run.path, "channels", reason, "record them at one rate, or leave the run out")
-            cut, late = {}, {}
-            for name in names:
-                device = run.device_of(name)
-                first, last = device.position_at(stretch.start_ns), device.position_at(stretch.stop_ns)
-                cut[name] = device.values[name][first:last].astype(float)
-                late[name] = float(device.times_ns(first, first + 1)[0] - stretch.start_ns) * 1e-9
-            length = min(len(x) for x in cut.values())
-            if length < 64:
-                continue
-            missing: dict[str, NDArray[np.intp]] = {}
-            for name, x in cut.items():
-                x = x[:length]
-                absent = np.flatnonzero(~np.isfinite(x))
-                if len(absent):
-                    missing[name] = absent
-                if len(absent) == length:
-                    place = f"channel {name}"
-                    raise InputError(
-                        run.path, place, f"every sample of sweep {sweep.name} was lost", "leave the run out"
-                    )
-                cut[name] = fill_gaps(x)
-            records.append(
-                BroadbandRecord(
-                    run=run.path,
-                    sweep=sweep.name,
-                    time_s=(stretch.start_ns + stretch.stop_ns) / 2 * 1e-9,
-                    sample_rate_Hz=rate,
-                    samples=cut,
-                    missing=missing,
-                    late_s=late,
-                )
-            )
-    return records
+            records.append(_record(run, names, stretch, rate))
+    return [record for record in records if record.length >= 64]
+
+
+def _record(run: Run, names: Sequence[str], stretch: Stretch, rate_Hz: float) -> BroadbandRecord:
+    stored, late, lengths = {}, {}, []
+    for name in names:
+        device = run.device_of(name)
+        first, last = device.position_at(stretch.start_ns), device.position_at(stretch.stop_ns)
+        stored[name] = device.values[name], first
+        lengths.append(last - first)
+        late[name] = float(device.times_ns(first, first + 1)[0] - stretch.start_ns) * 1e-9
+    cut = _Cut(stored, min(lengths))
+    record = BroadbandRecord(
+        run=run.path, sweep=stretch.step.sweep, time_s=(stretch.start_ns + stretch.stop_ns) / 2 * 1e-9,
+        sample_rate_Hz=rate_Hz, samples=cut, missing=cut.missing(), late_s=late,
+    )  # fmt: skip
+    if not any(True for _ in record.parts()):
+        worst = max(record.missing, key=lambda name: len(record.missing[name]))
+        reason = f"every sample of sweep {record.sweep} was lost"
+        raise InputError(run.path, f"channel {worst}", reason, "leave the run out")
+    return record
 
 
 def is_impact_test(run: Run) -> bool:
@@ -148,19 +211,37 @@ def is_impact_test(run: Run) -> bool:
 
 def h1(record: BroadbandRecord, *, force: str, resolution_Hz: float = 0.25) -> FrequencyResponse:
     """H1 = S_fx / S_ff by Welch's method with a Hann window."""
-    length = int(min(len(record.samples[force]), record.sample_rate_Hz / resolution_Hz))
-    options = {"fs": record.sample_rate_Hz, "nperseg": length, "window": "hann"}
-    f = record.samples[force]
-    frequency, S_ff = signal.welch(f, **options)
-    H, coherence = {}, {}
-    for name, x in record.samples.items():
-        if name == force:
+    length = int(min(record.part_length, record.sample_rate_Hz / resolution_Hz))
+    window = signal.get_window("hann", length)
+    lines, count = length // 2 + 1, 0
+    power = {name: np.zeros(lines) for name in record.samples}
+    cross = {name: np.zeros(lines, complex) for name in record.samples if name != force}
+    for start in range(0, record.length - length + 1, length - length // 2):
+        piece = record.piece(start, length)
+        if not piece.heard:
             continue
-        S_fx = signal.csd(f, x, **options)[1]
-        S_xx = signal.welch(x, **options)[1]
+        count += 1
+        U = _spectrum(piece.samples[force], window)
+        power[force] += np.abs(U) ** 2
+        for name in cross:
+            X = _spectrum(piece.samples[name], window)
+            cross[name] += np.conj(U) * X
+            power[name] += np.abs(X) ** 2
+    frequency = np.arange(lines, dtype=float) * (record.sample_rate_Hz / length)
+    tiny = float(np.finfo(float).tiny)
+    H, coherence = {}, {}
+    for name, S_fx in cross.items():
         turn = np.exp(-2j * np.pi * frequency * (record.late_s.get(name, 0.0) - record.late_s.get(force, 0.0)))
-        H[name] = S_fx / np.maximum(S_ff, np.finfo(float).tiny) * turn
-        coherence[name] = np.abs(S_fx) ** 2 / np.maximum(S_ff * S_xx, np.finfo(float).tiny)
-    segments = 1 + (len(f) - length) // (length - length // 2)
-    worth = max(1, int(segments / (1 + 2 * LIMITS.spectrum_overlapping**2)))
-    return FrequencyResponse(frequency_Hz=frequency, H=H, coherence=coherence, averages=worth)
+        H[name] = S_fx / np.maximum(power[force], tiny) * turn
+        coherence[name] = np.abs(S_fx) ** 2 / np.maximum(power[force] * power[name], tiny)
+    sides = np.where((frequency > 0) & (2 * np.arange(lines) < length), 2.0, 1.0)
+    scale = sides / (record.sample_rate_Hz * np.sum(window**2) * count)
+    return FrequencyResponse(
+        frequency_Hz=frequency, H=H, coherence=coherence, density={name: S * scale for name, S in power.items()},
+        averages=max(1, int(count / (1 + 2 * LIMITS.spectrum_overlapping**2))),
+    )  # fmt: skip
+
+
+def _spectrum(x: NDArray[np.float64], window: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Without the mean."""
+    return np.asarray(np.fft.rfft((x - np.mean(x)) * window))

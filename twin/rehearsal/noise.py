@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from recordings import read_run
 from twin.identify.modes.from_record import modes_of_record
@@ -31,17 +30,12 @@ def _table(rehearsal: Rehearsal, record: BroadbandRecord, band: tuple[float, flo
     resolution_Hz = max(LIMITS.noise_averages / record.duration_s, (band[1] - band[0]) / LIMITS.most_lines)
     seen = h1(record, force=force, resolution_Hz=resolution_Hz)
     inside = (seen.frequency_Hz >= band[0]) & (seen.frequency_Hz <= band[1]) & (seen.frequency_Hz > 0)
-    length = int(min(len(record.samples[force]), record.sample_rate_Hz / resolution_Hz))
-    density = {
-        name: signal.welch(record.samples[name], fs=record.sample_rate_Hz, nperseg=length)[1][inside]
-        for name in (force, *channels)
-    }
     table = {
         "sweep": record.sweep,
         "duration_s": record.duration_s,
         "resolution_Hz": resolution_Hz,
         "frequency_Hz": _rounded(seen.frequency_Hz[inside]),
-        "density": {name: _rounded(values) for name, values in density.items()},
+        "density": {name: _rounded(seen.density[name][inside]) for name in (force, *channels)},
         "response": {name: _rounded(np.abs(seen.H[name][inside])) for name in channels},
         "coherence": {name: _rounded(seen.coherence[name][inside]) for name in channels},
         "modes": _modes(record, force, channels, band),

@@ -1,12 +1,13 @@
 """Broadband records of a two-mode system in discrete time, whose exact response is its filter's, with known noise."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from scipy import signal
 
 from recordings.run import Channel, DeviceSamples, Run, Step, StepState
+from twin.identify import spectrum
 from twin.identify.broadband import bin_response, find_resonances, hidden_resonances
 from twin.identify.spectrum import BroadbandRecord, broadband_records, h1
 
@@ -49,9 +50,9 @@ class TwoModes:
         b, a = self.filters
         return np.stack([signal.freqz(row, a, np.asarray(omega) / RATE)[1] for row in b], axis=1)
 
-    def record(self, rng, *, noisy=True, extra=None):
-        """Half a minute cut out of a longer run."""
-        count, before = int(SECONDS * RATE), int(20 * RATE)
+    def record(self, rng, *, noisy=True, extra=None, parts=1):
+        """Half a minute, or so many of them, cut out of a longer run."""
+        count, before = parts * int(SECONDS * RATE), int(20 * RATE)
         force = signal.sosfilt(BAND_PASS, rng.standard_normal(count + before))
         b, a = self.filters
         samples = {"force": force, **{c: signal.lfilter(row, a, force) for c, row in zip(CHANNELS, b, strict=True)}}
@@ -242,3 +243,61 @@ def test_records_are_cut_from_a_run_and_losses_bridged_and_counted():
     (record,) = broadband_records(run)
     assert (record.duration_s, record.time_s, record.lost) == (6.0, 5.0, 20)
     np.testing.assert_allclose(record.samples["x"], np.linspace(0, 1, n)[200:800], atol=1e-6)
+
+
+def in_parts(monkeypatch, most):
+    """From here on a record is held in memory that many samples at a time."""
+    monkeypatch.setattr(spectrum, "LIMITS", replace(spectrum.LIMITS, spectrum_samples=most))
+
+
+def test_a_long_record_is_reduced_part_by_part_and_no_worse_for_it(monkeypatch):
+    """Three times as much, a transient to each part: errors are as stated, and smaller by the root of three."""
+    rng = np.random.default_rng(3)
+    records = [TRUE.record(rng, parts=3) for _ in range(4)]
+    third = records[0].piece(0, records[0].length // 3)
+    alone = binned(third)
+    in_parts(monkeypatch, third.length + 1)
+    assert [part.length for part in records[0].parts()] == [third.length] * 3
+    together = [binned(record) for record in records]
+    sizes = np.concatenate([np.abs(pulls(data)).ravel() ** 2 for data in together])
+    assert np.mean(sizes) == pytest.approx(1.0, abs=0.15)
+    assert len(together[0].frequency_Hz) >= len(alone.frequency_Hz)
+    variance = [np.median(np.einsum("boo->bo", data.relative_covariance).real) for data in (alone, together[0])]
+    assert variance[0] / variance[1] == pytest.approx(3.0, rel=0.25)
+    assert np.median(together[0].force_power) == pytest.approx(np.median(alone.force_power), rel=0.2)
+    for name, density in {"force": FORCE_NOISE, **NOISE}.items():
+        assert together[0].noise_density[name] == pytest.approx(density, rel=0.15)
+    resonances, band = find_resonances(records[0], force="force", channels=CHANNELS)
+    assert np.all(np.min(np.abs(resonances - np.array(TRUE.frequency_Hz)[:, None]), axis=1) < 0.26)
+    np.testing.assert_allclose(band, find_resonances(third, force="force", channels=CHANNELS)[1], rtol=0.05)
+
+
+def test_what_differs_between_parts_counts_as_scatter(monkeypatch):
+    """The second half of a record comes from a stiffer structure: no part by itself shows it."""
+    soft, stiff = (TwoModes((26.4 * f, 157.0 * f)).record(np.random.default_rng(4)) for f in (1.0, 1.002))
+    samples = {name: np.concatenate([x, stiff.samples[name]]) for name, x in soft.samples.items()}
+    in_parts(monkeypatch, soft.length)
+    alone, both = (
+        data.distortion[np.abs(data.frequency_Hz - 157) < 0.3]
+        for data in (binned(soft), binned(replace(soft, samples=samples)))
+    )
+    assert np.max(alone) < 10 < np.min(both)
+
+
+def test_a_part_without_any_sample_of_a_channel_is_left_out(monkeypatch):
+    record = TRUE.record(np.random.default_rng(2), parts=2)
+    half = record.length // 2
+    in_parts(monkeypatch, half + 1)
+    torn = replace(record, missing={"acc1": np.arange(half)})
+    assert [part.heard for part in torn.parts()] == [True]
+    np.testing.assert_array_equal(next(torn.parts()).samples["acc1"], record.samples["acc1"][half:])
+
+
+def test_h1_and_densities_are_those_of_welch():
+    record = TRUE.record(np.random.default_rng(9))
+    found = h1(record, force="force", resolution_Hz=0.5)
+    options = {"fs": RATE, "nperseg": int(RATE / 0.5), "window": "hann"}
+    S_ff = signal.welch(record.samples["force"], **options)[1]
+    S_fx = signal.csd(record.samples["force"], record.samples["acc2"], **options)[1]
+    np.testing.assert_allclose(found.density["force"], S_ff, rtol=1e-10, atol=1e-20)
+    np.testing.assert_allclose(found.H["acc2"], S_fx / S_ff, rtol=1e-9)

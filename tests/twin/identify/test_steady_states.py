@@ -7,6 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from recordings.run import Channel, DeviceSamples, Run, Step, StepState
+from twin.identify import sine_fit
 from twin.identify.sine_fit import Line, steady_states
 
 RATE, FREQUENCY, START = 2048.0, 26.45, 0.137
@@ -218,3 +219,18 @@ def test_two_channels_behind_one_filter_keep_the_ratio_of_harmonics_it_does_not_
     assert len(state.amplitude["a"]) == 2
     np.testing.assert_allclose(ratio[:3], 3.0, rtol=1e-4)
     assert np.all((error[:3] > 0) & (error[:3] < 1e-3))
+
+
+def test_a_long_step_has_the_same_harmonics_and_noise_from_several_spectra(monkeypatch):
+    """A minute of white noise about the sine, a quarter of a second of it lost: whole, and in seven parts."""
+    rng = np.random.default_rng(14)
+    x = sine(times(60.0)) + 0.1 * rng.standard_normal(len(times(60.0)))
+    x[9000:9500] = np.nan
+    whole = one(x, 60.0)
+    monkeypatch.setattr(sine_fit, "LIMITS", replace(sine_fit.LIMITS, sine_fit_samples=18000))
+    parted = one(x, 60.0)
+    np.testing.assert_allclose(parted.amplitude["a"], whole.amplitude["a"], rtol=1e-12)
+    true = 4 * 0.1**2 / (60.0 * RATE)
+    for state in (whole, parted):
+        assert np.mean(state.variance["a"]) == pytest.approx(true, rel=0.1)
+    np.testing.assert_allclose(parted.drift_std["a"], whole.drift_std["a"], rtol=0.3)

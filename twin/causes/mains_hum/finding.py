@@ -10,6 +10,7 @@ from recordings.sweeps import Stretch, sweeps
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.hum_in_noise import line_in_noise
 from twin.diagnose.signals.limits import LIMITS
+from twin.diagnose.signals.remainder import remainders
 
 CANDIDATES_Hz = (50.0, 60.0, 100.0, 120.0, 150.0, 180.0)
 MOST_STEPS, LEAST_STEPS = 24, 12
@@ -67,28 +68,35 @@ def _in_noise(
 
 def _lines(run: Run, stretch: Stretch, channel: str) -> NDArray[np.float64] | None:
     """Amplitude of each candidate line and of the noise beside it, (candidates, 2); NaN near the drive's harmonics."""
-    x = run.between(channel, stretch.start_ns, stretch.stop_ns).astype(float)
+    x = run.between(channel, stretch.start_ns, stretch.stop_ns)
     rate, drive = run.device_of(channel).sample_rate_Hz, stretch.step.frequency_Hz
     if len(x) < 64 or not np.isfinite(x).all():
         return None
-    t, length = np.arange(len(x)) / rate, len(x) / rate
+    length = len(x) / rate
     orders = np.arange(1, int(min(0.45 * rate / drive, 20)) + 1)
-    angle = 2 * np.pi * drive * t[:, None] * orders
-    basis = np.hstack([np.cos(angle), np.sin(angle), np.ones((len(x), 1)), t[:, None]])
+    apart_Hz = np.array([abs(f / drive - round(f / drive)) * drive for f in CANDIDATES_Hz])
+    seen = np.flatnonzero((apart_Hz * length >= 1.5) & (np.array(CANDIDATES_Hz) <= 0.45 * rate))
+    lines = np.array(CANDIDATES_Hz)[seen]
+    near = lines[:, None] + np.array([-7, -6, -5, -4, -3, 3, 4, 5, 6, 7]) / length
 
-    def beside(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(values - basis @ np.linalg.solve(basis.T @ basis, basis.T @ values))
+    def values(at: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Samples, and the columns of the lines: of one beside the drive's some is taken off with that."""
+        turn = 2 * np.pi * lines * (at[:, None] / rate)
+        return np.hstack([x[at[0] : at[-1] + 1, None], np.cos(turn), np.sin(turn)])
 
-    residual = beside(x)
+    def drives(at: NDArray[np.int64]) -> NDArray[np.float64]:
+        t = at[:, None] / rate
+        angle = 2 * np.pi * drive * t * orders
+        return np.hstack([np.cos(angle), np.sin(angle), np.ones_like(t), t])
+
+    products, beside = np.zeros(()), np.zeros(())
+    for at, left in remainders(len(x), values, drives):
+        products = products + left.T @ left
+        beside = beside + np.exp(-2j * np.pi * near.reshape(-1, 1) * (at / rate)) @ left[:, 0]
     out = np.full((len(CANDIDATES_Hz), 2), np.nan)
-    for k, frequency in enumerate(CANDIDATES_Hz):
-        apart = abs(frequency / drive - round(frequency / drive)) * drive
-        if apart * length < 1.5 or frequency > 0.45 * rate:
-            continue
-        near = frequency + np.array([-7, -6, -5, -4, -3, 3, 4, 5, 6, 7]) / length
-        noise = 2 * np.abs(np.exp(-2j * np.pi * near[:, None] * t) @ residual) / len(x)
-        # Some of a line a few bins beside the drive's is in what was taken off: its own columns lose as much.
-        turn = 2 * np.pi * frequency * t
-        own = beside(np.column_stack([np.cos(turn), np.sin(turn)]))
-        out[k] = np.hypot(*np.linalg.lstsq(own, residual, rcond=None)[0]), np.sqrt(np.mean(noise**2)) + 1e-300
+    for k, place in enumerate(seen, start=1):
+        pair = [k, k + len(lines)]
+        out[place, 0] = np.hypot(*np.linalg.solve(products[np.ix_(pair, pair)], products[pair, 0]))
+    noise = 2 * np.abs(np.reshape(beside, near.shape)) / len(x)
+    out[seen, 1] = np.sqrt(np.mean(noise**2, axis=1)) + 1e-300
     return out

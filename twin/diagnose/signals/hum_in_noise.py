@@ -16,21 +16,29 @@ def line_in_noise(run: Run, stretch: Stretch, channel: str, frequency_Hz: float)
     force = stretch.step.target_channel
     if channel == force or not {channel, force} <= set(run.channels):
         return None
-    rate = run.device_of(channel).sample_rate_Hz
-    x, u = (run.between(name, stretch.start_ns, stretch.stop_ns).astype(float) for name in (channel, force))
-    count = min(len(x), len(u))
+    devices = [run.device_of(name) for name in (channel, force)]
+    begun = [device.position_at(stretch.start_ns) for device in devices]
+    count = min(device.position_at(stretch.stop_ns) - at for device, at in zip(devices, begun, strict=True))
+    rate = devices[0].sample_rate_Hz
     line = round(frequency_Hz * count / rate)
-    alike = run.device_of(force).sample_rate_Hz == rate
-    if (
-        not alike
-        or not LIMITS.hum_around < line < count / 2 - LIMITS.hum_around
-        or not np.isfinite(x[:count] + u[:count]).all()
-    ):
+    alike = devices[1].sample_rate_Hz == rate
+    if not alike or not LIMITS.hum_around < line < count / 2 - LIMITS.hum_around:
         return None
     away = np.arange(-LIMITS.hum_around, LIMITS.hum_around + 1)
-    window = np.hanning(count + 1)[:-1]
-    steady = np.exp(2j * np.pi * frequency_Hz / rate * np.arange(count))
-    Y, U, W = (np.fft.fft(window * signal)[line + away] for signal in (x[:count], u[:count], steady))
+    turn = -2j * np.pi * (line + away) / count
+    turns = np.exp(np.arange(LIMITS.remainder_rows)[:, None] * turn)
+    sums = np.zeros((3, len(away)), complex)
+    for first in range(0, count, LIMITS.remainder_rows):
+        n = np.arange(first, min(first + LIMITS.remainder_rows, count))
+        taken = [
+            device.values[name][at + first : at + first + len(n)]
+            for device, name, at in zip(devices, (channel, force), begun, strict=True)
+        ]
+        windowed = (0.5 - 0.5 * np.cos(2 * np.pi * n / count)) * [*taken, np.exp(2j * np.pi * frequency_Hz / rate * n)]
+        sums += np.exp(first * turn) * (windowed @ turns[: len(n)])
+    if not np.isfinite(sums).all():
+        return None
+    Y, U, W = sums
     bend = (away / LIMITS.hum_around)[:, None] ** np.arange(3)
     basis = np.hstack([bend * U[:, None], bend[:, :2]])
     beside = np.abs(away) > LIMITS.hum_lobe

@@ -73,7 +73,15 @@ class Limits:
     hum_around: int = 14
     """Spectral lines on either side that a windowed steady line fills, and that tell what the force makes there."""
 
+    # diagnose/signals/remainder.py
+    remainder_rows: int = 8192
+    """Samples whose columns are in memory at a time; a usual step is one such part, and has them made once."""
+    remainder_alike: float = 1e-12
+    """Share of the largest below which an eigenvalue of the columns' products is that of two alike."""
+
     # diagnose/signals/sidebands.py
+    sidebands_samples: int = 1 << 18
+    """Of a step, from its beginning, that are looked at: ten seconds at 25.6 kHz tell a tenth of a hertz."""
     sidebands_nearest: float = 2.0
     """Distance over the resolution of a step from which on a line is apart from the drive's, with what drifts there."""
     sidebands_farthest_Hz: float = 12.0

@@ -13,6 +13,7 @@ from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 from twin.arrays import Array
 from twin.diagnose.signals.limits import LIMITS
+from twin.diagnose.signals.remainder import remainders
 from twin.identify.sine_fit import Line
 
 MOST_STEPS, LEAST_STEPS = 48, 8
@@ -88,17 +89,21 @@ def _offsets(frequency_Hz: float) -> Array:
 
 def _powers(run: Run, stretch: Stretch, channel: str, line: Line | None) -> Array | None:
     """Power at each of the offsets, mean of both sides, over the noise's; NaN too near to the drive's line."""
-    x = run.between(channel, stretch.start_ns, stretch.stop_ns).astype(float)
+    x = run.between(channel, stretch.start_ns, stretch.stop_ns)[: LIMITS.sidebands_samples].astype(float)
     rate, drive = run.device_of(channel).sample_rate_Hz, stretch.step.frequency_Hz
     if len(x) < 64 or not np.isfinite(x).all():
         return None
     t, length = np.arange(len(x)) / rate, len(x) / rate
-    angle = 2 * np.pi * drive * t[:, None] * np.arange(1, min(12, int(0.45 * rate / drive)) + 1)
-    slow = (t / length - 0.5)[:, None] ** np.arange(3)
-    first = np.hstack([np.cos(angle[:, :1]) * slow[:, 1:], np.sin(angle[:, :1]) * slow[:, 1:]])
-    turn = 2 * np.pi * line.frequency_Hz * t[:, None] if line else np.zeros((len(t), 0))
-    basis = np.hstack([np.cos(angle), np.sin(angle), slow, first, np.cos(turn), np.sin(turn)])
-    left = x - basis @ np.linalg.lstsq(basis, x, rcond=None)[0]
+    orders = np.arange(1, min(12, int(0.45 * rate / drive)) + 1)
+
+    def repeating(at: Array) -> Array:
+        angle = 2 * np.pi * drive * t[at, None] * orders
+        slow = (t[at, None] / length - 0.5) ** np.arange(3)
+        turn = 2 * np.pi * line.frequency_Hz * t[at, None] if line else np.zeros((len(at), 0))
+        first = [np.cos(angle[:, :1]) * slow[:, 1:], np.sin(angle[:, :1]) * slow[:, 1:]]
+        return np.hstack([np.cos(angle), np.sin(angle), slow, *first, np.cos(turn), np.sin(turn)])
+
+    left = np.concatenate([rest[:, 0] for _, rest in remainders(len(x), lambda at: x[at, None], repeating)])
     padded = 1 << (4 * len(x) - 1).bit_length()
     lines = np.abs(np.fft.fft(left * np.exp(-2j * np.pi * drive * t), padded)) ** 2
     offsets = _offsets(drive)

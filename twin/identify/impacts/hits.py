@@ -80,7 +80,7 @@ def sound_hits(run: Run, *, force: str, channels: Sequence[str]) -> Hits:
             why = next(line for line in set_aside if line.startswith(f"point {point}, "))
             raise InputError(run.path, f"point {point}", f"none of its hits can be used: {why}", "hit it again")
     whole = [hit.record for kept in records.values() for hit in kept]
-    length = min(len(record.samples[force]) for record in whole)
+    length = min(record.length for record in whole)
     kept_records = {point: tuple(kept) for point, kept in records.items()}
     return Hits(
         force=force, channels=tuple(channels), records=kept_records, set_aside=tuple(set_aside),

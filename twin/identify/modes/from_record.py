@@ -43,7 +43,8 @@ def modes_of_record(
     """
     resonances, excited = find_resonances(record, force=force, channels=channels)
     band = excited if band_Hz is None else np.array([max(band_Hz[0], excited[0]), min(band_Hz[1], excited[1])])
-    rough = h1(record, force=force, resolution_Hz=LIMITS.from_record_averages / record.duration_s)
+    part_s = record.part_length / record.sample_rate_Hz
+    rough = h1(record, force=force, resolution_Hz=LIMITS.from_record_averages / part_s)
     inside = (rough.frequency_Hz > max(band[0], 0.0)) & (rough.frequency_Hz < band[1])
     fit = fit_modes(rough.frequency_Hz[inside], np.stack([rough.H[c][inside] for c in channels], axis=1))
     for _ in range(ROUNDS):
