@@ -42,7 +42,8 @@ def write_csv(run: Run, path: Path) -> list[str]:
             for block in blocks_of(device):
                 number = np.arange(len(block)) + block.first_index
                 time_ns = block.time_ns + np.rint(np.arange(len(block)) * (1e9 / device.sample_rate_Hz)).astype(int)
-                columns = [np.where(np.isnan(v), "", v.astype(str)) for v in block.samples.values()]
+                with np.printoptions(legacy=False):  # some packages set it for all when imported: six digits are left
+                    columns = [np.where(np.isnan(v), "", v.astype(str)) for v in block.samples.values()]
                 writer.writerows(zip(number.tolist(), time_ns.tolist(), *columns, strict=True))
     return []
 

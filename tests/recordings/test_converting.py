@@ -138,6 +138,13 @@ def test_csv_is_plain_for_numpy(original: Path, tmp_path: Path) -> None:
     np.testing.assert_array_equal(rows[:512, 2].astype(np.float32), block_at(512, 512).samples["force"])
 
 
+def test_csv_has_all_digits_whatever_another_package_made_numpy_print(original: Path, tmp_path: Path) -> None:
+    convert(original, tmp_path / "plain.csv")
+    with np.printoptions(legacy="1.13"):
+        convert(original, tmp_path / "legacy.csv")
+    assert (tmp_path / "legacy.csv").read_bytes() == (tmp_path / "plain.csv").read_bytes()
+
+
 @pytest.mark.parametrize("path", UNIVERSAL, ids=lambda path: path.stem)
 def test_real_universal_files_survive_the_way_through_a_run(path: Path, tmp_path: Path) -> None:
     """Sound pressure and spectra have no place among the contract's quantities: kept whole, and said so."""
