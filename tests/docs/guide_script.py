@@ -23,6 +23,7 @@ __all__ = ["Block", "as_script", "matches", "read_blocks", "run_guide"]
 _FENCE = re.compile(r"^```(\w+)[ ]*([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _END = "END-OF-BLOCK"
 _MARK = "\x1e"
+_PROGRESS = re.compile(r"^ *\d+\.\d s  .*\n", re.MULTILINE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +71,8 @@ def _command(block: Block) -> str:
 
 
 def matches(promised: str, printed: str) -> bool:
-    """Whether an output is the one a guide shows, which leaves out the lines of progress before it."""
+    """Whether an output is the one a guide shows, which leaves out the lines of progress, before it and within."""
+    printed = _PROGRESS.sub("", printed)
     pieces = [r"\s*".join(re.escape(word) for word in piece.split()) for piece in promised.split("...")]
     return (
         re.fullmatch(r"(?:.*\n)??\s*" + r".*?".join(rf"\s*{piece}\s*" for piece in pieces), printed, re.DOTALL)

@@ -56,6 +56,9 @@ class Parameter:
     tolerance : float
         Share of the scale that a sound rig's strength differs from `null` by, as a standard deviation: the finite
         elements, the modal damping and the sensors' calibration are themselves no better, and a long record shows it.
+    model_error : float
+        Relative error that the cause's own simplification makes of what is found, as blind cases show it: of the
+        distance from `null`, or of the value itself where that places an effect.
     """
 
     name: str
@@ -65,6 +68,11 @@ class Parameter:
     null: float = float("nan")
     starts: tuple[float, ...] = ()
     tolerance: float = 1e-3
+    model_error: float = 0.0
+
+    def spread(self, value: float, std: float) -> float:
+        """Standard deviation of what was found, from that of the posterior."""
+        return float(np.hypot(std, self.model_error * (value if self.is_location else value - self.null)))
 
     @property
     def is_location(self) -> bool:

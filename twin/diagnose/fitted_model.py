@@ -210,7 +210,7 @@ class FitProblem:
         for k, (i, p) in enumerate(self.slots):
             tables[i][p.name] = float(x[self.count + k] * p.scale)
             if spread is not None:
-                errors[i][p.name] = float(spread[self.count + k] * p.scale)
+                errors[i][p.name] = p.spread(tables[i][p.name], float(spread[self.count + k] * p.scale))
         return tuple(
             replace(hypothesis, values=table, std=error)
             for hypothesis, table, error in zip(self._hypotheses, tables, errors, strict=True)

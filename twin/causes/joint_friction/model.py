@@ -60,8 +60,9 @@ class JointFriction(Cause):
                 upper=300 * unit,
                 null=0.0,
                 starts=(0.3 * unit,),
+                model_error=0.12,
             ),
-            Parameter(name="slip_m", scale=slip, lower=1e-3 * slip, upper=3 * slip, starts=starts),
+            Parameter(name="slip_m", scale=slip, lower=1e-3 * slip, upper=3 * slip, starts=starts, model_error=0.06),
         )
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
