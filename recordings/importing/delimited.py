@@ -7,18 +7,16 @@ import io
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pyarrow
+from pyarrow import csv
 
 from recordings.errors import InputError
 from recordings.importing.labels import split_label, unit_known
 from recordings.importing.mapping import Mapping
 from recordings.importing.signals import Signal, check_size
 from recordings.reader import open_input
-
-if TYPE_CHECKING:
-    import pyarrow
 
 __all__ = ["read_delimited"]
 
@@ -145,9 +143,6 @@ def _rate(lines: list[str]) -> float | None:
 
 def _table(path: Path, text: str, dialect: _Dialect, names: list[str], sample: str) -> pyarrow.Table:
     """All numbers, by pyarrow; raises InputError with the line of what is none."""
-    import pyarrow  # 30 MB, for tables alone
-    from pyarrow import csv
-
     body = text.split("\n", dialect.first)[-1] if dialect.first else text
     delimiter = dialect.delimiter
     if delimiter == " ":
@@ -182,7 +177,7 @@ def _refusal(path: Path, told: str, dialect: _Dialect, names: list[str]) -> Inpu
 
 def _values(column: pyarrow.ChunkedArray) -> np.ndarray | None:
     """Numbers, or times from text; None for other text."""
-    if str(column.type) == "double":
+    if pyarrow.types.is_floating(column.type):
         return np.asarray(column.to_numpy(), dtype=np.float64)
     texts = column.to_pylist()
     if texts and all(text is not None and _TIME.fullmatch(text.strip()) for text in texts):

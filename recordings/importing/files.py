@@ -8,12 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from recordings.errors import InputError
-from recordings.importing.delimited import read_delimited
 from recordings.importing.hierarchical import read_hierarchical
 from recordings.importing.mapping import Mapping
 from recordings.importing.matlab import read_matlab
 from recordings.importing.national import read_tdms
-from recordings.importing.parquet import read_parquet
 from recordings.importing.signals import Signal
 from recordings.importing.sound import read_sound
 from recordings.importing.universal import read_universal
@@ -21,12 +19,19 @@ from recordings.reader import open_input
 
 __all__ = ["read_files"]
 
+
+def _read_parquet(path: Path) -> list[Signal]:
+    from recordings.importing.parquet import read_parquet  # with pyarrow, 30 MB for tables alone
+
+    return read_parquet(path)
+
+
 READERS: dict[tuple[str, ...], Callable[[Path], list[Signal]]] = {
     (".mat",): read_matlab,
     (".h5", ".hdf5", ".hdf"): read_hierarchical,
     (".wav",): read_sound,
     (".tdms",): read_tdms,
-    (".parquet", ".pq"): read_parquet,
+    (".parquet", ".pq"): _read_parquet,
     (".uff", ".unv"): read_universal,
 }
 TEXTS = (".csv", ".txt", ".tsv", ".dat", ".asc")
@@ -68,6 +73,8 @@ def read_files(paths: Sequence[Path], mapping: Mapping) -> list[Signal]:
 def _read(path: Path, mapping: Mapping) -> list[Signal]:
     suffix = path.suffix.lower()
     if suffix in TEXTS:
+        from recordings.importing.delimited import read_delimited  # with pyarrow, as Parquet's
+
         return read_delimited(path, mapping)
     reader = next((reader for suffixes, reader in READERS.items() if suffix in suffixes), None)
     if reader is None:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pyarrow
+from pyarrow import parquet
 
 from recordings.errors import InputError
 from recordings.importing.labels import split_label
 from recordings.importing.signals import Signal, check_size
-
-if TYPE_CHECKING:
-    import pyarrow
 
 __all__ = ["read_parquet"]
 
@@ -25,9 +23,6 @@ def read_parquet(path: Path) -> list[Signal]:
     InputError
         If it is no Parquet file, or claims too much.
     """
-    import pyarrow  # 30 MB, for tables alone
-    from pyarrow import parquet
-
     try:
         with parquet.ParquetFile(path, memory_map=False) as file:
             schema = file.schema_arrow
@@ -39,8 +34,7 @@ def read_parquet(path: Path) -> list[Signal]:
 
 
 def _is_read(kind: pyarrow.DataType) -> bool:
-    from pyarrow import types
-
+    types = pyarrow.types
     return bool(types.is_floating(kind) or types.is_integer(kind) or types.is_timestamp(kind))
 
 
@@ -48,7 +42,7 @@ def _signal(field: pyarrow.Field, column: pyarrow.ChunkedArray) -> Signal:
     name, unit = split_label(field.name)
     said = field.metadata or {}
     unit = next((said[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in said), unit)
-    if str(field.type).startswith("timestamp"):
+    if pyarrow.types.is_timestamp(field.type):
         return Signal(name=name, values=column.to_numpy().astype("datetime64[ns]"), table="")
     values = np.asarray(column.cast("float64").to_numpy(), dtype=np.float64)
     return Signal(name=name, unit=unit, values=values, table="")
