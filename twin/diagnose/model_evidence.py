@@ -186,15 +186,15 @@ class _Beside:
         Whitened, with the sensitivities to the unknowns and the tolerances' directions.
     step : ndarray, (n + k,)
         From the fit and no tolerance's amount to what is most probable; nothing for an unknown that its limit holds.
-    covariance : ndarray, (n + k, n + k)
-        Of all.
+    information : ndarray, (n + k, n + k)
+        Inverse of the covariance of all.
     """
 
     problem: FitProblem
     residual: Array
     columns: Array
     step: Array
-    covariance: Array
+    information: Array
 
 
 def _beside_tolerances(problem: FitProblem, tolerances: Tolerances) -> _Beside:
@@ -210,7 +210,7 @@ def _beside_tolerances(problem: FitProblem, tolerances: Tolerances) -> _Beside:
     A = both.T @ both + precision
     step = np.zeros(len(pull))
     step[free] = np.linalg.solve(A[np.ix_(free, free)], pull[free])
-    return _Beside(problem, r, both, step, np.linalg.inv(A))
+    return _Beside(problem, r, both, step, A)
 
 
 def unexplained(
@@ -234,7 +234,7 @@ def with_spread(
     problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, errors=model.errors)
     found = _beside_tolerances(problem, tolerances)
     count = len(problem.x0)
-    spread = np.sqrt(np.diag(found.covariance) + found.step**2)[:count]
+    spread = np.sqrt(np.diag(np.linalg.inv(found.information)) + found.step**2)[:count]
     return replace(model, hypotheses=problem.hypotheses(problem.x0, spread))
 
 

@@ -140,7 +140,10 @@ def search_causes(
         unknown = infer_errors(problem, tolerances, free=True)[1]
         told = log_weight(evidence, best) + float(np.log(LIMITS.worth_a_line))
         rivals = tuple(
-            with_spread(evidence, harmonics, rival, tolerances) if log_weight(evidence, rival) > told else rival
+            # What is accepted is told as it is fitted last.
+            with_spread(evidence, harmonics, rival, tolerances)
+            if rival is not best and log_weight(evidence, rival) > told
+            else rival
             for rival in rivals
         )
         stages.append(Stage(before, tuple(scores), rivals, accepted, unknown, tolerances, complete))

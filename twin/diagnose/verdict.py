@@ -71,7 +71,7 @@ def posterior_of(search: Search, sidebands: Sidebands | None = None) -> Posterio
     weights = [log_weight(evidence, model) for model in models]
     best = models[int(np.argmax(weights))]
     # As the last stage has it: recordings that were reduced against a model far off need errors that are not the rig's.
-    last = [stage for stage in search.stages if stage.complete][-1]
+    last = next(each for each in reversed(search.stages) if each.complete)
     more = last.unknown - last.best.log_evidence + (sidebands.log_bayes if sidebands is not None else 0.0)
     unknown = max(weights) + more / temperature(evidence) + LOG_ODDS_OF_UNKNOWN
     *each, of_unknown = probabilities([*weights, unknown])
