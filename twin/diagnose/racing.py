@@ -22,7 +22,7 @@ from twin.identify.residual_model import ResidualModel
 from twin.identify.time_limit import time_is_up
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["THOROUGH", "USUAL", "WHATEVER", "Begun", "Effort", "Race", "once_more"]
+__all__ = ["THOROUGH", "USUAL", "WHATEVER", "Begun", "Effort", "Race", "likeliest", "once_more"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,6 +163,11 @@ def _fit_last(
 ) -> FittedModel:
     start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
     return fit_with_errors(evidence, harmonics, start, hypotheses, errors=errors, tolerances=tolerances)
+
+
+def likeliest(fits: Sequence[FittedModel]) -> FittedModel:
+    """The one with the largest evidence."""
+    return max(fits, key=lambda fit: fit.log_evidence)
 
 
 def once_more(

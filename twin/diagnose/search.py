@@ -1,27 +1,26 @@
-"""Forward selection: causes are added one by one while the posterior odds are for one more."""
+"""Stepwise selection: causes are added one by one, and dropped again, while the posterior odds gain by it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, strengths_of
-from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
+from twin.diagnose.cause import Cause
+from twin.diagnose.fitted_model import FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import Tolerances, fit_with_errors, infer_errors, with_spread
-from twin.diagnose.parallel_map import parallel_map
-from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, log_weight, temperature
-from twin.diagnose.profile import threshold_of
-from twin.diagnose.racing import USUAL, Begun, Effort, Race, once_more
+from twin.diagnose.posterior import log_weight
+from twin.diagnose.racing import USUAL, Effort, Race, likeliest, once_more
+from twin.diagnose.rivals import fitted_rivals
 from twin.diagnose.score_test import Score, score_causes
-from twin.identify.base_fit import fit_base, law_from_steps
+from twin.identify.base_fit import fit_base
 from twin.identify.error_model import continuation
 from twin.identify.harmonics import harmonic_residuals
-from twin.identify.likelihood import nominal_base, residual_model, sound_errors
+from twin.identify.likelihood import sound_errors
 from twin.identify.measured_data import MeasuredData
-from twin.identify.natural_frequencies import MeasuredFrequencies
 from twin.identify.rebinning import rebinned
 from twin.identify.residual_model import ResidualModel
 from twin.identify.time_limit import time_is_up
@@ -39,11 +38,11 @@ class Stage:
     Attributes
     ----------
     before : FittedModel
-        The model without a further cause.
+        The model without a further cause; where one is dropped, with it.
     scores : tuple of Score
         Best first.
     rivals : tuple of FittedModel
-        The models with one more cause that were fitted, most probable first.
+        The models with one more cause, or one less, that were fitted, most probable first.
     accepted : bool
         Whether the first of them is more probable than the model without.
     unknown : float
@@ -121,42 +120,113 @@ def search_causes(
     report("fitting moduli, damping and the joint's law")
     start = fit_base(evidence)
     base = fit_with_errors(evidence, None, start.baseline, (), exact=True)
-    harmonics = base_harmonics = _harmonics(evidence, base)
-    model, stages = base, []
-    while True:
-        left = {name: cause for name, cause in causes.items() if name not in {h.cause.name for h in model.hypotheses}}
-        report("scoring causes" if not model.hypotheses else f"scoring causes beside {model.name}")
-        start_of_rivals = _following(evidence, harmonics, model)
-        scores, tolerances = score_causes(evidence, harmonics, start_of_rivals, {} if time_is_up() else left)
-        before = _weighed(evidence, harmonics, model, tolerances)
-        rivals: tuple[FittedModel, ...] = ()
-        if len(model.hypotheses) < most:
-            race = Race(evidence, harmonics, tolerances, effort)
-            rivals = _fitted_rivals(race, start_of_rivals, before, scores, report)
-        complete = not time_is_up()
-        accepted = complete and bool(rivals) and log_weight(evidence, rivals[0]) > log_weight(evidence, before)
-        best = rivals[0] if accepted else before
-        problem = FitProblem(evidence, harmonics, best.baseline, best.hypotheses, errors=best.errors)
-        unknown = infer_errors(problem, tolerances, free=True)[1]
-        told = log_weight(evidence, best) + float(np.log(LIMITS.worth_a_line))
-        rivals = tuple(
-            # What is accepted is told as it is fitted last.
-            with_spread(evidence, harmonics, rival, tolerances)
-            if rival is not best and log_weight(evidence, rival) > told
-            else rival
-            for rival in rivals
-        )
-        stages.append(Stage(before, tuple(scores), rivals, accepted, unknown, tolerances, complete))
-        if not accepted:
+    base_harmonics = _harmonics(evidence, base)
+    data, model = _Reduced(evidence, base_harmonics), base
+    stages: list[Stage] = []
+    while len(stages) < 2 * most:
+        stages.append(_one_more(data, model, causes, most, effort, report))
+        if not stages[-1].accepted:
             break
-        report(f"reducing the recordings anew, with {best.name}")
-        evidence, harmonics = _reduced_anew(evidence, harmonics, best)
-        model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses, exact=True)
-        if not model.errors.as_small_as(sound_errors(evidence)):
-            again = once_more(evidence, harmonics, model, None)
-            model = _likeliest((model, again))
-    model = with_spread(evidence, harmonics, model, stages[-1].tolerances)
-    return Search(base, model, tuple(stages), evidence, harmonics, base_harmonics)
+        data, model = _taken_up(data, stages[-1].best, report)
+        if (simpler := _one_less(data, model, causes, stages[-1], report)) is not None:
+            stages.append(simpler)
+            data, model = _taken_up(data, simpler.best, report)
+    model = with_spread(*data, model, stages[-1].tolerances)
+    return Search(base, model, tuple(stages), *data, base_harmonics)
+
+
+class _Reduced(NamedTuple):
+    """The recordings as they were last reduced."""
+
+    evidence: MeasuredData
+    harmonics: HarmonicResiduals | None
+
+
+def _one_more(
+    data: _Reduced, model: FittedModel, causes: Mapping[str, Cause], most: int, effort: Effort, report: Report
+) -> Stage:
+    """Forward: the model against those with one more cause."""
+    evidence, harmonics = data
+    report("scoring causes" if not model.hypotheses else f"scoring causes beside {model.name}")
+    start_of_rivals = _following(evidence, harmonics, model)
+    left = {} if time_is_up() else _beside(model, causes)
+    scores, tolerances = score_causes(evidence, harmonics, start_of_rivals, left)
+    before = _weighed(evidence, harmonics, model, tolerances)
+    rivals: tuple[FittedModel, ...] = ()
+    if len(model.hypotheses) < most:
+        race = Race(evidence, harmonics, tolerances, effort)
+        rivals = fitted_rivals(race, start_of_rivals, before, scores, report)
+    complete = not time_is_up()
+    accepted = complete and bool(rivals) and log_weight(evidence, rivals[0]) > log_weight(evidence, before)
+    best = rivals[0] if accepted else before
+    told = log_weight(evidence, best) + float(np.log(LIMITS.worth_a_line))
+    rivals = tuple(
+        # What is accepted is told as it is fitted last.
+        with_spread(evidence, harmonics, rival, tolerances)
+        if rival is not best and log_weight(evidence, rival) > told
+        else rival
+        for rival in rivals
+    )
+    unknown = _with_any_error(data, best, tolerances)
+    return Stage(before, tuple(scores), rivals, accepted, unknown, tolerances, complete)
+
+
+def _one_less(
+    data: _Reduced, model: FittedModel, causes: Mapping[str, Cause], chosen: Stage, report: Report
+) -> Stage | None:
+    """Backward: the likeliest model without one of the causes named before the last, if it is likelier than with it.
+
+    What was named first may have stood for what was found after it.  The last one's rivals stay as far behind as they
+    were.
+    """
+    evidence, harmonics = data
+    found: list[tuple[FittedModel, FittedModel, list[Score], Tolerances]] = []
+    for earlier in model.hypotheses[:-1]:
+        if time_is_up():
+            return None
+        report(f"fitting without {earlier.key}")
+        others = tuple(hypothesis for hypothesis in model.hypotheses if hypothesis is not earlier)
+        simpler = fit_with_errors(evidence, harmonics, model.baseline, others)
+        scores, tolerances = score_causes(evidence, harmonics, simpler, _beside(simpler, causes))
+        simpler, whole = (_weighed(evidence, harmonics, each, tolerances) for each in (simpler, model))
+        if log_weight(evidence, simpler) > log_weight(evidence, whole):
+            found.append((simpler, whole, scores, tolerances))
+    if not found:
+        return None
+    simpler, whole, scores, tolerances = max(found, key=lambda each: log_weight(evidence, each[0]))
+    shift = whole.log_evidence - chosen.best.log_evidence
+    rivals = tuple(replace(rival, log_evidence=rival.log_evidence + shift) for rival in chosen.rivals[1:])
+    unknown = _with_any_error(data, simpler, tolerances)
+    return Stage(whole, tuple(scores), (simpler, *rivals), True, unknown, tolerances)
+
+
+def _beside(model: FittedModel, causes: Mapping[str, Cause]) -> dict[str, Cause]:
+    """Causes that the model does not have yet."""
+    named = {hypothesis.cause.name for hypothesis in model.hypotheses}
+    return {name: cause for name, cause in causes.items() if name not in named}
+
+
+def _taken_up(data: _Reduced, best: FittedModel, report: Report) -> tuple[_Reduced, FittedModel]:
+    """The recordings reduced with the best model, and that model fitted to them.
+
+    What was reduced against a model far off also has that model's errors in it.
+    """
+    report(f"reducing the recordings anew, with {best.name}")
+    evidence, harmonics = data
+    if evidence.broadband:
+        evidence = rebinned(evidence, modification_of(evidence, best.hypotheses), best.baseline)
+    if harmonics is not None:
+        harmonics = _harmonics(evidence, best)
+    model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses, exact=True)
+    if not model.errors.as_small_as(sound_errors(evidence)):
+        model = likeliest((model, once_more(evidence, harmonics, model, None)))
+    return _Reduced(evidence, harmonics), model
+
+
+def _with_any_error(data: _Reduced, model: FittedModel, tolerances: Tolerances) -> float:
+    """Log evidence of the model with errors of any size."""
+    problem = FitProblem(*data, model.baseline, model.hypotheses, errors=model.errors)
+    return infer_errors(problem, tolerances, free=True)[1]
 
 
 def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel) -> FittedModel:
@@ -193,161 +263,3 @@ def _harmonics(evidence: MeasuredData, model: FittedModel) -> HarmonicResiduals 
     modification = modification_of(evidence, model.hypotheses)
     # What local nonlinear forces add is the prediction's matter.
     return harmonic_residuals(ResidualModel(evidence, replace(modification, nonlinear=())), model.baseline)
-
-
-def _reduced_anew(
-    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel
-) -> tuple[MeasuredData, HarmonicResiduals | None]:
-    """Broadband runs binned, and the force's own harmonics carried to the channels, with the model found so far.
-
-    What was reduced against a model far off also has that model's errors in it.
-    """
-    if evidence.broadband:
-        evidence = rebinned(evidence, modification_of(evidence, model.hypotheses), model.baseline)
-    return evidence, _harmonics(evidence, model) if harmonics is not None else None
-
-
-def _fitted_rivals(
-    race: Race, model: FittedModel, before: FittedModel, scores: Sequence[Score], report: Report
-) -> tuple[FittedModel, ...]:
-    """The models with one more cause, of those that the scores promise, the most probable first.
-
-    They begin at `model`; `before` is the same with the errors that it needs beside what sound rigs have.  Where none
-    of them is as exact as sound rigs' models are, or the likeliest ran out of iterations, fits begin elsewhere, too.
-    """
-    evidence, effort = race.evidence, race.effort
-    fits: list[FittedModel] = []
-    promising = _promising(evidence, scores, effort)
-    # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
-    names = {rival.cause.name for rival in promising if rival.cause.tried_at_full_size}
-    labels = [score.hypothesis for score in _best_of_each(scores).values() if score.hypothesis.cause.name in names]
-    from_nominal = [_at_full_size(evidence, rival) for rival in labels]
-    beside = [rival for rival in promising if not rival.cause.tried_at_full_size]
-    if isinstance(evidence, MeasuredFrequencies):
-        from_nominal += beside  # frequencies alone have several minima: the best without a cause may lead to another
-    for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, from_nominal)):
-        fits += _begun_and_raced(race, model, begin, rivals, report)
-    sound = sound_errors(evidence)
-    # The law imitates at first what goes by the amplitude, and then leads its fit astray.
-    again = [rival for rival in beside if _goes_by_amplitude(evidence, rival)]
-    if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (before,)))):
-        again += _elsewhere(evidence, scores, promising, effort)
-    elif fits:
-        leading = _likeliest(fits)
-        ran_out = leading.solution.ended == "out of iterations"
-        again = [rival for rival in again if ran_out and rival.key == leading.hypotheses[-1].key]
-    fits += _begun_and_raced(race, model, _beside_no_law, again, report)
-    if any(threshold_of(evidence, fit) for fit in fits):
-        fits += race.with_best_threshold()
-    if fits and not (leading := _likeliest(fits)).errors.as_small_as(sound) and not time_is_up():
-        fits.append(once_more(evidence, race.harmonics, leading, race.tolerances))
-    best: dict[str, FittedModel] = {}
-    for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
-        best.setdefault(fit.hypotheses[-1].key, fit)
-    return tuple(sorted(best.values(), key=lambda fit: -log_weight(evidence, fit)))
-
-
-def _likeliest(fits: Sequence[FittedModel]) -> FittedModel:
-    return max(fits, key=lambda fit: fit.log_evidence)
-
-
-def _begun_and_raced(
-    race: Race, model: FittedModel, begin: Callable[..., Begun], rivals: Sequence[CauseHypothesis], report: Report
-) -> list[FittedModel]:
-    if not rivals or time_is_up():
-        return []
-    report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
-    return race.run(parallel_map(begin, (race.evidence, race.harmonics, model), [(rival,) for rival in rivals]))
-
-
-def _promising(evidence: MeasuredData, scores: Sequence[Score], effort: Effort) -> list[CauseHypothesis]:
-    """The best scored causes, each at its best places; none where no cause promises to be more probable than none."""
-    best = max((score.log_bayes for score in scores), default=0.0)
-    needed = -LOG_ODDS_OF_A_CAUSE * temperature(evidence)
-    least = max(effort.of_needed * needed, effort.worth_a_fit * best if effort.of_needed > 0 else -np.inf)
-    found: dict[str, list[CauseHypothesis]] = {}
-    for score in scores:
-        key = score.hypothesis.key
-        alike = sum(each[0].cause is score.hypothesis.cause for each in found.values())
-        # A cause with many labels, such as a listed mass, must leave room for others.
-        if score.log_bayes > least and (key in found or (len(found) - alike < effort.rivals and alike < effort.labels)):
-            found.setdefault(key, []).append(score.hypothesis)
-    return [hypothesis for each in found.values() for hypothesis in _spread(evidence, each, effort.beginnings)]
-
-
-def _spread(evidence: MeasuredData, each: list[CauseHypothesis], count: int) -> list[CauseHypothesis]:
-    """The first, and those farthest from what was chosen before: neighbours would come to the same maximum."""
-    first = each[0]
-    places = [p for p in first.cause.parameters(evidence, first.label) if p.is_location and not p.is_known]
-    at = np.array([[(h.values[p.name] - p.lower) / (p.upper - p.lower) for p in places] for h in each])
-    chosen = [0]
-    while len(chosen) < min(count, len(each)):
-        away = np.min(np.abs(at[:, None] - at[chosen]).sum(axis=2), axis=1)
-        if not np.max(away) > 0:
-            break
-        chosen.append(int(np.argmax(away)))
-    return [each[k] for k in chosen]
-
-
-def _best_of_each(scores: Sequence[Score]) -> dict[str, Score]:
-    """The first, and so the best, score of each cause and label."""
-    best: dict[str, Score] = {}
-    for score in scores:
-        best.setdefault(score.hypothesis.key, score)
-    return best
-
-
-def _elsewhere(
-    evidence: MeasuredData, scores: Sequence[Score], promising: Sequence[CauseHypothesis], effort: Effort
-) -> list[CauseHypothesis]:
-    """Further beginnings: causes that the law imitates at first."""
-    keys = {hypothesis.key for hypothesis in promising}
-    found = [
-        _at_full_size(evidence, score.hypothesis)
-        for key, score in _best_of_each(scores).items()
-        if score.hypothesis.cause.tried_at_full_size and key not in keys
-    ]
-    return found[: effort.rivals]
-
-
-def _goes_by_amplitude(evidence: MeasuredData, hypothesis: CauseHypothesis) -> bool:
-    modification = hypothesis.modification(evidence)
-    return bool(modification.nonlinear or modification.opening)
-
-
-def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseHypothesis:
-    """The same with the strength that such an effect usually has."""
-    strengths = strengths_of(hypothesis.cause.parameters(evidence, hypothesis.label))
-    if not strengths:
-        return hypothesis
-    main = strengths[0]
-    full = main.null + np.copysign(main.scale, hypothesis.values[main.name] - main.null)
-    return replace(hypothesis, values={**hypothesis.values, main.name: float(np.clip(full, main.lower, main.upper))})
-
-
-def _beside_the_law(
-    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, hypothesis: CauseHypothesis
-) -> Begun:
-    """The model with one more cause, from what was fitted without it."""
-    sound = sound_errors(evidence)
-    levels = [level for level in continuation(sound) if level.steps.stiffness <= model.errors.steps.stiffness]
-    return Begun(model.baseline, (*model.hypotheses, hypothesis), tuple(levels) or (sound,))
-
-
-def _beside_no_law(
-    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, hypothesis: CauseHypothesis
-) -> Begun:
-    """The same from nominal moduli and the law that the steps ask for beside the cause, whose size is held at first.
-
-    What base family and law were without the cause may lead nowhere.
-    """
-    hypotheses = (*model.hypotheses, hypothesis)
-    begun = residual_model(evidence, modification_of(evidence, hypotheses), harmonics)
-    levels, linear = continuation(sound_errors(evidence)), nominal_base(evidence)
-    for level in levels[: LIMITS.held_levels]:
-        start = law_from_steps(begun, linear)
-        fit = fit_model(
-            evidence, harmonics, start, hypotheses, errors=level, iterations=8, tolerance=2.0, rounds=0, frozen=True
-        )
-        linear = fit.baseline.base
-    return Begun(fit.baseline, hypotheses, levels[LIMITS.held_levels :] or levels[-1:])

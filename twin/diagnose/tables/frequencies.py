@@ -330,7 +330,7 @@ class _Frequencies:
         """Said where what is assumed of causes beforehand, and not the data, decides which comes first."""
         if not self.after.hypotheses:
             return ""
-        models = self.search.stages[len(self.after.hypotheses) - 1].rivals
+        models = next(stage.rivals for stage in reversed(self.search.stages) if stage.accepted)
         first = max(models, key=lambda model: model.log_evidence)
         if first is models[0]:
             return ""
