@@ -23,6 +23,7 @@ CAUSES_FIRST = (
     "quantisation",
     "noise-floor",
     "branch-ends-early",
+    "internal-resonance",
 )
 """A transient or an amplifier at its limit puts the force off, and looks like noise: who mends it mends the rest."""
 MOST_NAMED = 8

@@ -22,6 +22,12 @@ class Limits:
     dwell_allowed: float = 0.01
     """Transient in a measurement, relative to the response, above which a dwell is called too short."""
 
+    # checks/internal_resonance.py
+    harmonic_share: float = 0.1
+    """Of the largest fundamental: docs/joint-law.md has a fifth of it move the fundamental by per cents."""
+    harmonic_near: float = 0.1
+    """Distance of a mode from a harmonic, over the harmonic: joints soften by as much."""
+
     # checks/jump.py
     jump_widest: float = 1.5
     """Step across a jump over the resonance's width, above which the grid shows nothing of where and how high it is."""

@@ -26,7 +26,8 @@ class Caution:
     kind: str
     """``dwell-too-short``, ``sweep-too-fast``, ``grid-too-coarse``, ``overload``, ``limit-reached``, ``force-drop-out``
     (too low) or ``force-too-high``, ``response-drop-out`` or ``response-too-high`` where the response is held,
-    ``jump-ahead``, ``noise-floor``, ``quantisation``, ``branch-ends-early``, ``too-short`` or ``implausible-rig``."""
+    ``jump-ahead``, ``noise-floor``, ``quantisation``, ``branch-ends-early``, ``internal-resonance``,
+    ``too-short`` or ``implausible-rig``."""
     severity: Literal["stop", "warning", "note"]
     """``stop``: the procedure must not be run like this.  ``warning``: its data would mislead.  ``note``: the procedure
     is right, its reader should know."""

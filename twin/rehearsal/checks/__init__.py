@@ -7,6 +7,7 @@ from twin.rehearsal.checks.drive import check_drive
 from twin.rehearsal.checks.drop_out import check_drop_out
 from twin.rehearsal.checks.dwell import check_dwell
 from twin.rehearsal.checks.early_end import check_early_ends
+from twin.rehearsal.checks.internal_resonance import check_internal_resonance
 from twin.rehearsal.checks.jump import check_jumps
 from twin.rehearsal.checks.limits import check_limits
 from twin.rehearsal.checks.noise import check_noise
@@ -22,6 +23,7 @@ CHECKS: tuple[Callable[[Rehearsal], Iterator[Caution]], ...] = (
     check_noise,
     check_quantisation,
     check_jumps,
+    check_internal_resonance,
     check_grid,
     check_dwell,
     check_length,
