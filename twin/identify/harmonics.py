@@ -6,7 +6,7 @@ from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.limits import LIMITS
 from twin.identify.measured_data import HARMONICS
-from twin.identify.opening_harmonics import at_harmonic
+from twin.identify.opening_harmonics import at_harmonic, balance_openings
 from twin.identify.residual_model import ResidualModel
 from twin.identify.structural_modification import update_receptance
 from twin.identify.whitening import HarmonicResiduals, Whitening
@@ -39,13 +39,19 @@ def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParamete
     covariance = covariance + force_variance[:, :, None, None] * ratio[..., :, None] * np.conj(ratio)[..., None, :]
     odd = (orders % 2 == 1)[None, :, None, None]
     size = np.sum(np.abs(residual) ** 2, axis=2)
+    each = _made_by_each_point(residual_model, baseline, orders)
+    joint = np.where(np.any(each, axis=3), np.sum(each, axis=3), joint)
     direction = joint / np.maximum(np.linalg.norm(joint, axis=2, keepdims=True), 1e-300)
     anything = 100.0 * size[..., None, None] * direction[..., :, None] * np.conj(direction)[..., None, :]
     even = _even_error(residual_model, baseline, orders, joint, size)
     tolerance = np.where(odd, LIMITS.signature_error**2 * size[..., None, None], even[..., None, None]) * np.eye(
         outputs
     )
-    covariance = covariance + odd * anything + tolerance
+    # Where the points' shares make up for each other, as at an antiresonance, their errors do not.
+    error = np.zeros(len(orders))
+    error[np.isin(orders, LIMITS.odd_harmonics)] = LIMITS.share_error
+    shared_out = error[:, None, None] * each
+    covariance = covariance + odd * anything + tolerance + shared_out @ np.conj(np.swapaxes(shared_out, 2, 3))
     return HarmonicResiduals(
         orders,
         residual,
@@ -101,6 +107,22 @@ def harmonic_fields(
             * factor[:, :, None]
         )
     return np.stack(linear, axis=1), np.stack(joint, axis=1), np.stack(field, axis=1)
+
+
+def _made_by_each_point(residual_model: ResidualModel, baseline: BaselineParameters, orders: Array) -> Array:
+    """Odd harmonics (s, h, o, p) of the law's time form at each point of the layers; zero where it has none.
+
+    High ones are made where the layer opens most, and are shared out otherwise than the softening is.
+    """
+    balance = residual_model.step_receptance(baseline, inner=False)[2]
+    around = [residual_model.at_harmonic(h, baseline, balance) for h in residual_model.orders]
+    openings = residual_model.openings(baseline, balance, around)
+    force = balance_openings(baseline.laws, openings, residual_model.slaps).force
+    made = residual_model.read_of_openings(around) * force[:, :, None]
+    found = np.zeros((len(made), len(orders), *made.shape[2:]), complex)
+    for number, order in enumerate(openings.orders):
+        found[:, (orders == order) & (orders % 2 == 1)] = made[:, number, None]
+    return found
 
 
 def _even_error(

@@ -253,10 +253,10 @@ class ResidualModel(ForwardModel):
                 more = balance_openings(baseline.laws, stiffer, self.slaps, start=harmonics.motion).more
                 by_E = (more - harmonics.more) / LIMITS.local_difference
                 by_unknowns[:, :, baseline.blocks["log_E"].start + joint] += by_E
-        lost = LostContact(openings, harmonics, self._read_of_openings(around)) if self.modification.opening else None
+        lost = LostContact(openings, harmonics, self.read_of_openings(around)) if self.modification.opening else None
         return by_unknowns, lost
 
-    def _read_of_openings(self, around: Sequence[AtHarmonic]) -> Array:
+    def read_of_openings(self, around: Sequence[AtHarmonic]) -> Array:
         """What the response channels read (s, h, o, p) per force on the openings, from :meth:`at_harmonic`."""
         at, outputs = self.moving[: len(self.points)], self.model.ports.outputs
         read = [
@@ -284,7 +284,7 @@ class ResidualModel(ForwardModel):
         lost = self._held.lost if self._held is not None else None
         if lost is None:
             around = [self.at_harmonic(h, baseline, balance) for h in self.orders]
-            openings, read, start = self.openings(baseline, balance, around), self._read_of_openings(around), None
+            openings, read, start = self.openings(baseline, balance, around), self.read_of_openings(around), None
         else:
             openings, read, start = lost.openings, lost.read, lost.balance.motion
         openings = replace(openings, fundamental=balance.motion[:, :p])

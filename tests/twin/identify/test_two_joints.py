@@ -8,9 +8,13 @@ import pytest
 from twin.identify import forward_model
 from twin.identify.base_fit import fit_base
 from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.harmonics import harmonic_residuals
 from twin.identify.joint_law import LayerLaw
+from twin.identify.limits import LIMITS
 from twin.identify.linear_model import Output, build_linear_model, nominal_parameters
+from twin.identify.measured_data import HARMONICS
 from twin.identify.model_modification import ModelModification
+from twin.identify.opening_harmonics import balance_openings
 from twin.identify.predict import RigResponse, blank_data
 from twin.identify.residual_model import ResidualModel
 from twin.identify.updated_rig import updated_rig
@@ -186,3 +190,33 @@ def test_what_acts_on_one_joint_leaves_the_other_alone(evidence, base):
     np.testing.assert_allclose(left, [[1.0, 1.0], [1.0, 0.9]])
     changed = drifting.moduli_changes(base, np.array([100.0]))[0][0]
     np.testing.assert_allclose(changed, [0.0, -0.1 * base.complex_E[1]])
+
+
+def test_odd_harmonics_may_be_shared_out_among_the_joints_otherwise_than_foretold(build, evidence, base, swept):
+    """Within the errors of the law's time form, which a channel sees undiminished where the joints' shares cancel."""
+    generator, baseline = np.random.default_rng(5), BaselineParameters(base, LAWS)
+    omega, tip, H, _ = swept
+    alone = np.zeros((len(omega), HARMONICS), complex)
+    alone[:, 0] = omega**2 * tip / np.abs(H[:, -1])
+    steps = build.steps(omega, alone, H[:, :, None] * alone[:, None])
+    quiet = replace(steps, response_variance=1e-12 * steps.response_variance, force_variance=0 * steps.force_variance)
+    model = ResidualModel(replace(evidence, steps=quiet))
+    balance = model.step_receptance(baseline, inner=False)[2]
+    around = [model.at_harmonic(order, baseline, balance) for order in model.orders]
+    each = (
+        model.read_of_openings(around)
+        * balance_openings(LAWS, model.openings(baseline, balance, around)).force[:, :, None]
+    )
+    drawn = generator.standard_normal((2, *each[:, :, :1].shape))
+    error = np.array(LIMITS.share_error)[:, None, None] * (drawn[0] + 1j * drawn[1]) / np.sqrt(2)
+
+    def misfit(times):
+        """Mean square of the whitened harmonics, with so many times the error."""
+        response = model.evidence.steps.response.copy()
+        response[:, :, np.array(model.orders) - 1] = np.moveaxis(np.sum((1 + times * error) * each, axis=3), 1, 2)
+        seen = replace(model.evidence, steps=replace(model.evidence.steps, response=response))
+        harmonics = harmonic_residuals(ResidualModel(seen), baseline)
+        return np.mean(harmonics.whiten(harmonics.residual) ** 2)
+
+    assert misfit(1.0) < 1.0
+    assert misfit(10.0) > 10 * misfit(1.0)
