@@ -98,7 +98,7 @@ def _powers(run: Run, stretch: Stretch, channel: str, line: Line | None) -> Arra
 
     def repeating(at: Array) -> Array:
         angle = 2 * np.pi * drive * t[at, None] * orders
-        slow = (t[at, None] / length - 0.5) ** np.arange(3)
+        slow = (t[at, None] / length - 0.5) ** np.arange(4)  # a transient may die within the step
         turn = 2 * np.pi * line.frequency_Hz * t[at, None] if line else np.zeros((len(at), 0))
         first = [np.cos(angle[:, :1]) * slow[:, 1:], np.sin(angle[:, :1]) * slow[:, 1:]]
         return np.hstack([np.cos(angle), np.sin(angle), slow, *first, np.cos(turn), np.sin(turn)])

@@ -44,6 +44,8 @@ def test_sound_sweeps_hum_and_drift_have_none(synthetic, clean_runs):
     for run, noise in clean_runs:
         assert find_sidebands([noise, run], CHANNELS, {}) is None
     assert find_sidebands([changed(synthetic, 9, lambda t: 1 + 0.01 * t / t[-1])], CHANNELS, {}) is None
+    # What is left of each step's transient dies within it.
+    assert find_sidebands([changed(synthetic, 11, lambda t: 1 + 0.2 * np.exp(-3.0 * (t % 1.0)))], CHANNELS, {}) is None
     samples = synthetic.stepped_sine(10)
     t = np.arange(len(samples["acc1"])) / synthetic.rate_Hz
     hum = 10 * synthetic.noise["acc1"] * np.cos(2 * np.pi * 50.0 * t)
