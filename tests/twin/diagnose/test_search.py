@@ -5,18 +5,37 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from recordings import read_run
+from twin.diagnose import search
+from twin.diagnose.cause import Cause
 from twin.diagnose.models import CAUSES
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE
+from twin.diagnose.rivals import fitted_rivals
 from twin.diagnose.search import search_causes
 from twin.diagnose.verdict import decide, posterior_of
 from twin.identify.measured_data import gather_data
+from twin.identify.model_modification import ModelModification
 from twin.identify.time_limit import time_limit
 from twin.rigs import load_rig
 
 NAMES, CHANNEL = ("channel-gain", "added-mass"), "acc1"
+
+
+class Gain(Cause):
+    """A channel reads too much, and is late by so much for each unit of it."""
+
+    summary = "a channel reads too much"
+    numbers = CAUSES["channel-gain"].numbers
+
+    def __init__(self, name, late_s=0.0):
+        self.name, self.late_s = name, late_s
+
+    def modification(self, evidence, label, values):
+        factor, late_s = values["factor"], self.late_s * (values["factor"] - 1)
+        return ModelModification(channel_factor={CHANNEL: lambda omega: factor * np.exp(-1j * omega * late_s)})
 
 
 @pytest.fixture(scope="module")
@@ -65,3 +84,23 @@ def test_a_channel_that_reads_too_much_is_taken_and_then_nothing_more(searched):
     assert found.stages[0].rivals[0].log_evidence > found.stages[0].before.log_evidence + 10
     assert found.stages[1].before.name == "channel-gain"
     assert decide(posterior_of(found), []) == "explained"
+
+
+def test_what_stood_for_a_cause_is_dropped_once_the_cause_is_found(campaign, monkeypatch):
+    """As where the cause's own fit has ended in another maximum in the first turn."""
+    turns = []
+
+    def at_first_without_the_right_one(race, model, before, scores, report):
+        turns.append(model.name)
+        passed_over = {"right"} if len(turns) == 1 else set()
+        left = [score for score in scores if score.hypothesis.cause.name not in passed_over]
+        return fitted_rivals(race, model, before, left, report)
+
+    monkeypatch.setattr(search, "fitted_rivals", at_first_without_the_right_one)
+    evidence = gather_data([_reading(read_run(campaign / "random.mcap"), 1.05)], load_rig("steel-lap-joint"))
+    found = search_causes(evidence, {cause.name: cause for cause in (Gain("wrong", 3e-4), Gain("right"))})
+    assert [stage.best.name for stage in found.stages] == ["wrong", "wrong + right", "right", "right"]
+    assert found.model.hypotheses[0].values["factor"] == pytest.approx(1.05, abs=1e-3)
+    posterior = posterior_of(found)
+    assert decide(posterior, []) == "explained"
+    assert posterior.set_95 == ("right",)
