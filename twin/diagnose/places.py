@@ -12,12 +12,14 @@ from twin.arrays import Array
 from twin.diagnose.cause import Parameter, Values
 from twin.diagnose.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import Attachment
 from twin.rigs import BeamPart, Place
 from twin.structure import NodeField, Structure
 
 __all__ = [
     "along_beam",
     "beam_labels",
+    "brought_along",
     "from_told_place",
     "node_field",
     "part_labels",
@@ -155,6 +157,14 @@ def from_told_place(evidence: MeasuredData, label: Mapping[str, str], values: Va
 def point(place: Place) -> Callable[[Structure], Array]:
     """One port at a place in its direction, (1, n), for an attachment."""
     return lambda s: s.row(place)[None]
+
+
+def brought_along(evidence: MeasuredData, stiffness: Callable[[Array], Array]) -> tuple[Attachment, ...]:
+    """A dynamic stiffness (f, 1) that a shaker brings along, at the place of whichever drive acts."""
+    places = evidence.drive_places
+    if len(places) == 1:
+        return (Attachment(point(places[0]), stiffness),)
+    return tuple(Attachment(point(place), stiffness, drive=number) for number, place in enumerate(places))
 
 
 def single_point(place: Place) -> Callable[[Structure], Array]:

@@ -188,6 +188,8 @@ class FrequencyModel:
         for term, E in zip(by_E, evidence.nominal.E, strict=True) if evidence.materials else ():
             K -= E * term
         for attachment in self.modification.attachments:
+            if attachment.drive:
+                continue  # of another drive than the first
             found = mass_and_spring(attachment, self.structure)
             if found is not None:
                 M += found[0]

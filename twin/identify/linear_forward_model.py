@@ -141,13 +141,15 @@ class LinearForwardModel:
         dE, dG = self.moduli_changes(base, time_s)
         model = self.step_model if points else self.model
         R = model.receptance(omega, base, dE=dE, dG=dG, inner=inner)
+        first, acts = self.model.ports.drive, np.broadcast_to(drive, len(R))
         at = self.model.ports.extra.start
         for attachment in self.modification.attachments:
             Z = attachment.stiffness(omega)
+            if attachment.drive is not None:
+                Z[acts != attachment.drive] = 0.0
             width = Z.shape[1]
             R = attach(R, slice(at, at + width), Z)
             at += width
-        first, acts = self.model.ports.drive, np.broadcast_to(drive, len(R))
         for number in np.unique(acts[acts > 0]):
             order = np.arange(R.shape[1])
             order[[first, first + number]] = order[[first + number, first]]

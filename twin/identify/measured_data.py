@@ -218,6 +218,11 @@ class MeasuredData:
         """Where the shaker is known to drive."""
         return self.rig.layout().moved(self.rig.drive_place, self.known.drive_offset_m)
 
+    @property
+    def drive_places(self) -> tuple[Place, ...]:
+        """Where each of the rig's drives acts; of the first, where it is known to."""
+        return (self.drive_place, *list(self.rig.drives.values())[1:])
+
     @cached_property
     def shakers(self) -> tuple[Shaker, ...]:
         """Of the rig's drives."""

@@ -29,11 +29,14 @@ class Attachment:
         Dynamic stiffness at omega: (f, p) for a diagonal, or (f, p, p).
     beam : str
         Of which it is a change of stiffness, in proportion to Young's modulus; empty for what is no part of a beam.
+    drive : int, optional
+        Number of the drive that brings it along: it is there while that one acts.
     """
 
     rows: Callable[[Structure], Array]
     stiffness: Callable[[Array], Array]
     beam: str = ""
+    drive: int | None = None
 
 
 def point_mass(place: Place, mass_kg: float, *, directions: int) -> Attachment:

@@ -9,6 +9,8 @@ from drawn_frames import CLAMP, SHAKER, beam, drawn, read
 from recordings import InputError, read_run
 from twin.bench import no_law, open_bench
 from twin.checks import first_look
+from twin.diagnose.fitted_model import CauseHypothesis, fit_model
+from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import fit_base
 from twin.identify.forward_model import ForwardModel
 from twin.identify.linear_model import nominal_parameters
@@ -18,7 +20,7 @@ from twin.identify.residual_model import ResidualModel
 from twin.identify.rig_channels import drive_of, own_channels
 from twin.procedures import Random, SteppedSine
 from twin.rehearsal import NominalRig, open_twin, rehearse
-from twin.rigs import load_rig
+from twin.rigs import Effect, load_rig
 from twin.structure import assemble, normal_modes
 
 AT = {"root": 0.075, "end": 0.24}
@@ -123,6 +125,24 @@ def test_one_model_explains_the_runs_of_both(rig, runs):
     R, omega, _ = exchanged.step_receptance(fitted.baseline)
     wrong = np.abs(exchanged.responses(R, omega) * steps.force[:, :1] / steps.response[:, :, 0] - 1)
     assert np.median(wrong) > 0.5
+
+
+def test_what_a_shaker_brings_along_is_where_it_drives(rig, tmp_path):
+    """A stud between cell and beam goes from place to place with the shaker, in the bench and in the model."""
+    hidden, learnt = rig.model_copy(update={"effect": [Effect(cause="drive-mass", parameters={"mass_kg": 0.006})]}), []
+    for drive, cell in CELLS.items():
+        noise = Random(drive=drive, target_channel=cell, band=(5.0, 1000.0), rms=0.5, duration=8.0)
+        driven, path = hidden.driven_by(drive), tmp_path / f"{drive}.mcap"
+        source = open_twin(driven, noise, preload=rig.preload_name(None), seed=3, source="rig")
+        rehearse(noise, source, path, nominal=NominalRig.of(rig.driven_by(drive), preload=""))
+        learnt.append(read_run(path))
+    data = gather_data([own_channels(run, rig) for run in learnt], rig)
+    cause = CAUSES["drive-mass"]
+    begun = CauseHypothesis(cause, {}, {"mass_kg": 0.001}, {})
+    fit = fit_model(data, None, fit_base(data).baseline, (begun,), iterations=30)
+    assert fit.hypotheses[0].values["mass_kg"] == pytest.approx(0.006, abs=2e-4)
+    at_rest = fit_model(data, None, fit_base(data).baseline, (), iterations=30)
+    assert fit.solution.chi2 < 0.5 * at_rest.solution.chi2
 
 
 def test_which_drive_a_recording_is_of(rig, runs):

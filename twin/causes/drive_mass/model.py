@@ -1,8 +1,8 @@
 """A mass between force cell and beam: a stud, wax, the cell's own live side."""
 
 from twin.diagnose.cause import Cause, Label, MeasuredData, Parameter, Values, shaker_labels
-from twin.diagnose.places import point
-from twin.identify.model_modification import Attachment, ModelModification
+from twin.diagnose.places import brought_along
+from twin.identify.model_modification import ModelModification
 
 
 class DriveMass(Cause):
@@ -16,5 +16,4 @@ class DriveMass(Cause):
     def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A mass at the drive point, across the beam only."""
         mass = values["mass_kg"]
-        at = point(evidence.drive_place)
-        return ModelModification(attachments=(Attachment(at, lambda omega: -mass * omega[:, None] ** 2 + 0j),))
+        return ModelModification(attachments=brought_along(evidence, lambda omega: -mass * omega[:, None] ** 2 + 0j))

@@ -3,8 +3,8 @@
 import numpy as np
 
 from twin.diagnose.cause import Cause, Label, MeasuredData, Parameter, Values, shaker_labels
-from twin.diagnose.places import point
-from twin.identify.model_modification import Attachment, ModelModification
+from twin.diagnose.places import brought_along
+from twin.identify.model_modification import ModelModification
 
 
 class StingerStiffness(Cause):
@@ -18,5 +18,4 @@ class StingerStiffness(Cause):
     def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A constant stiffness at the drive point."""
         k = values["stiffness_N_per_m"]
-        at = point(evidence.drive_place)
-        return ModelModification(attachments=(Attachment(at, lambda omega: np.full((len(omega), 1), k + 0j)),))
+        return ModelModification(attachments=brought_along(evidence, lambda omega: np.full((len(omega), 1), k + 0j)))
