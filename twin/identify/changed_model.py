@@ -35,8 +35,8 @@ class ChangedModels:
             if output.channel in offset else output
             for output in outputs
         )  # fmt: skip
-        first, *others = self._rig.drives.values()
-        drives = (layout.moved(first, modification.drive_offset_m), *others)
+        off = modification.drive_offset_m
+        drives = tuple(layout.moved(place, off.get(name, 0.0)) for name, place in self._rig.drives.items())
         structure = tuple(
             tuple(sorted(changed.items()))
             for changed in (

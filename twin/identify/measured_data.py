@@ -215,13 +215,14 @@ class MeasuredData:
 
     @property
     def drive_place(self) -> Place:
-        """Where the shaker is known to drive."""
-        return self.rig.layout().moved(self.rig.drive_place, self.known.drive_offset_m)
+        """Where the shaker is known to drive, the first of several."""
+        return self.drive_places[0]
 
     @property
     def drive_places(self) -> tuple[Place, ...]:
-        """Where each of the rig's drives acts; of the first, where it is known to."""
-        return (self.drive_place, *list(self.rig.drives.values())[1:])
+        """Where each of the rig's drives is known to act."""
+        off, layout = self.known.drive_offset_m, self.rig.layout()
+        return tuple(layout.moved(place, off.get(name, 0.0)) for name, place in self.rig.drives.items())
 
     @cached_property
     def shakers(self) -> tuple[Shaker, ...]:

@@ -128,8 +128,7 @@ class ModelModification:
         Relative fall of a joint's moduli along its overlap.
     towards_middle : mapping
         How far a joint's openings are, from the mean of a layer element (0) towards the one in its middle (1).
-    drive_offset_m : float
-    output_offset_m : mapping
+    drive_offset_m, output_offset_m : mapping
         How far towards the tip the drive, and response channels, are from where they are assumed to be.
     attachments : tuple of Attachment
     nonlinear : tuple of NonlinearForce
@@ -156,7 +155,7 @@ class ModelModification:
     clamp_rad_per_Nm: Mapping[str, float] = field(default_factory=dict)
     layer_gradient: Mapping[str, float] = field(default_factory=dict)
     towards_middle: Mapping[str, float] = field(default_factory=dict)
-    drive_offset_m: float = 0.0
+    drive_offset_m: Mapping[str, float] = field(default_factory=dict)
     output_offset_m: Mapping[str, float] = field(default_factory=dict)
     attachments: tuple[Attachment, ...] = ()
     nonlinear: tuple[NonlinearForce, ...] = ()
@@ -181,7 +180,7 @@ class ModelModification:
             clamp_rad_per_Nm=_sums(self.clamp_rad_per_Nm, other.clamp_rad_per_Nm),
             layer_gradient=_sums(self.layer_gradient, other.layer_gradient),
             towards_middle=_sums(self.towards_middle, other.towards_middle),
-            drive_offset_m=self.drive_offset_m + other.drive_offset_m,
+            drive_offset_m=_sums(self.drive_offset_m, other.drive_offset_m),
             output_offset_m=_sums(self.output_offset_m, other.output_offset_m),
             attachments=self.attachments + other.attachments,
             nonlinear=self.nonlinear + other.nonlinear,

@@ -35,7 +35,7 @@ def test_what_leaves_the_structure_alone_builds_nothing(models, steel_model):
         {"beam_shear_ratio": {"upper": 30.0}},
         {"clamp_rad_per_Nm": {"lower": 1e-5}},
         {"layer_gradient": {"joint": 0.5}},
-        {"drive_offset_m": 0.01},
+        {"drive_offset_m": {"drive": 0.01}},
         {"output_offset_m": {"acc2": -0.01}},
     ],
 )

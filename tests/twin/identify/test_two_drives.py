@@ -127,22 +127,30 @@ def test_one_model_explains_the_runs_of_both(rig, runs):
     assert np.median(wrong) > 0.5
 
 
-def test_what_a_shaker_brings_along_is_where_it_drives(rig, tmp_path):
-    """A stud between cell and beam goes from place to place with the shaker, in the bench and in the model."""
-    hidden, learnt = rig.model_copy(update={"effect": [Effect(cause="drive-mass", parameters={"mass_kg": 0.006})]}), []
+@pytest.mark.parametrize(
+    ("name", "label", "hidden", "begun", "within"),
+    [
+        ("drive-mass", {}, {"mass_kg": 0.006}, {"mass_kg": 0.001}, 2e-4),
+        ("drive-position", {"channel": "force-end"}, {"offset_m": 0.008}, {"offset_m": 0.001}, 5e-4),
+    ],
+)
+def test_what_is_wrong_at_a_drive_is_found_from_the_runs_of_both(rig, tmp_path, name, label, hidden, begun, within):
+    """A stud between cell and beam goes from place to place with the shaker; a place that is off is one drive's own."""
+    faulty, learnt = rig.model_copy(update={"effect": [Effect(cause=name, parameters={**label, **hidden})]}), []
     for drive, cell in CELLS.items():
         noise = Random(drive=drive, target_channel=cell, band=(5.0, 1000.0), rms=0.5, duration=8.0)
-        driven, path = hidden.driven_by(drive), tmp_path / f"{drive}.mcap"
+        driven, path = faulty.driven_by(drive), tmp_path / f"{drive}.mcap"
         source = open_twin(driven, noise, preload=rig.preload_name(None), seed=3, source="rig")
         rehearse(noise, source, path, nominal=NominalRig.of(rig.driven_by(drive), preload=""))
         learnt.append(read_run(path))
     data = gather_data([own_channels(run, rig) for run in learnt], rig)
-    cause = CAUSES["drive-mass"]
-    begun = CauseHypothesis(cause, {}, {"mass_kg": 0.001}, {})
-    fit = fit_model(data, None, fit_base(data).baseline, (begun,), iterations=30)
-    assert fit.hypotheses[0].values["mass_kg"] == pytest.approx(0.006, abs=2e-4)
-    at_rest = fit_model(data, None, fit_base(data).baseline, (), iterations=30)
-    assert fit.solution.chi2 < 0.5 * at_rest.solution.chi2
+    cause = CAUSES[name]
+    assert label in cause.labels(data)
+    without = fit_model(data, None, fit_base(data).baseline, (), iterations=30)
+    fit = fit_model(data, None, without.baseline, (CauseHypothesis(cause, label, begun, {}),), iterations=30)
+    for parameter, value in hidden.items():
+        assert fit.hypotheses[0].values[parameter] == pytest.approx(value, abs=within)
+    assert fit.solution.chi2 < 0.5 * without.solution.chi2
 
 
 def test_which_drive_a_recording_is_of(rig, runs):

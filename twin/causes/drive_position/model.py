@@ -4,18 +4,24 @@ from twin.diagnose.cause import Cause, Label, Labels, MeasuredData, ModelModific
 
 
 class DrivePosition(Cause):
-    """Moves the drive point along the beam."""
+    """Moves a drive point along the beam."""
 
     name = "drive-position"
     summary = "the shaker sits at another place than was written down"
 
     def labels(self, evidence: MeasuredData) -> Labels:
-        """The force channel, if its shaker may have been moved."""
-        return ({"channel": evidence.force},) if any(evidence.rig.layout().reach(evidence.drive_place)) else ()
+        """The force channels whose shaker may have been moved."""
+        reach = evidence.rig.layout().reach
+        cells = evidence.rig.force_cells
+        movable = [
+            name for name, place in zip(evidence.rig.drives, evidence.drive_places, strict=True) if any(reach(place))
+        ]
+        return tuple({"channel": cells[name]} for name in movable)
 
     def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Offset along its beam."""
-        back, forth = evidence.rig.layout().reach(evidence.drive_place)
+        number = [*evidence.rig.drives].index(_drive(evidence, label))
+        back, forth = evidence.rig.layout().reach(evidence.drive_places[number])
         return (
             Parameter(
                 name="offset_m",
@@ -29,4 +35,9 @@ class DrivePosition(Cause):
 
     def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """The same structure, driven elsewhere."""
-        return ModelModification(drive_offset_m=values["offset_m"])
+        return ModelModification(drive_offset_m={_drive(evidence, label): values["offset_m"]})
+
+
+def _drive(evidence: MeasuredData, label: Label) -> str:
+    """Name of the drive whose force cell it is."""
+    return next(name for name, cell in evidence.rig.force_cells.items() if cell == label["channel"])
