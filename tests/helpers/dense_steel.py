@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from recordings.run import Run, Step, StepState
-from twin.identify.broadband import BinnedResponse
-from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
+from twin.identify.linear.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
+from twin.identify.spectra.broadband import BinnedResponse
 from twin.rigs import load_rig
 from twin.structure import layer_points
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from studies.layer_response import layer_response
-from twin.identify.linear_model import nominal_parameters
-from twin.identify.predict import blank_data
-from twin.identify.residual_model import ResidualModel
+from twin.identify.forward.predict import blank_data
+from twin.identify.linear.linear_model import nominal_parameters
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 

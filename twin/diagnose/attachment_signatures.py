@@ -15,8 +15,8 @@ import numpy as np
 from twin.arrays import Array
 from twin.diagnose.limits import LIMITS
 from twin.identify.model_modification import Attachment, ModelModification
-from twin.identify.prediction import Prediction
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.prediction import Prediction
+from twin.identify.residuals.residual_model import ResidualModel
 
 __all__ = ["AttachmentSignatures"]
 

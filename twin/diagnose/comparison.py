@@ -9,9 +9,9 @@ from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residual_model import ResidualModel
-from twin.identify.sweeps import rows_by_sweep
-from twin.identify.whitening import HarmonicResiduals
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.residuals.whitening import HarmonicResiduals
+from twin.identify.spectra.sweeps import rows_by_sweep
 
 
 @dataclass(frozen=True, kw_only=True)

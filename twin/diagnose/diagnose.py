@@ -29,13 +29,13 @@ from twin.diagnose.set_aside import set_aside
 from twin.diagnose.signals import find_unsettled
 from twin.diagnose.sound_data import SoundData, sound_data
 from twin.diagnose.verdict import decide, named_causes, posterior_of, rivals_of
-from twin.identify.error_model import SOUND
-from twin.identify.harmonics import harmonic_residuals
 from twin.identify.measured_data import MeasuredData, common_preload
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.error_model import SOUND
+from twin.identify.residuals.harmonics import harmonic_residuals
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.rms import rms
 from twin.identify.time_limit import time_is_up, time_limit
-from twin.identify.whitening import HarmonicResiduals
 from twin.rigs import Rig, foreign_preload, save_rig
 from twin.structure.plausibility import unlikely_units
 

@@ -15,8 +15,8 @@ from twin.diagnose.fitted_model import FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.parallel_map import parallel_map
 from twin.identify.measured_data import MeasuredData
+from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
-from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["highest_of_profile", "threshold_of"]
 

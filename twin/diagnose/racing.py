@@ -15,12 +15,12 @@ from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.profile import highest_of_profile, threshold_of
 from twin.identify.base_fit import law_from_steps
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import ErrorModel, continuation
-from twin.identify.likelihood import sound_errors
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.error_model import ErrorModel, continuation
+from twin.identify.residuals.likelihood import sound_errors
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
-from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["THOROUGH", "USUAL", "WHATEVER", "Begun", "Effort", "Race", "once_more"]
 

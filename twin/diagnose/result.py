@@ -12,9 +12,9 @@ from twin.diagnose.missing import MissingForce
 from twin.diagnose.posterior import Weighed
 from twin.diagnose.search import Search
 from twin.diagnose.shortfall import explains, shortfall, told_with
-from twin.identify.error_model import SOUND
 from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
+from twin.identify.residuals.error_model import SOUND
 
 __all__ = [
     "IN_WORDS",

@@ -24,14 +24,14 @@ from twin.diagnose.model_evidence import Tolerances
 from twin.diagnose.parallel_map import parallel_map
 from twin.identify.base_fit import baseline_bounds
 from twin.identify.gauss_newton import not_held_back
-from twin.identify.likelihood import residual_model, solves_modes
-from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.prediction import Prediction
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.likelihood import residual_model, solves_modes
+from twin.identify.residuals.linearisation import Linearisation
+from twin.identify.residuals.prediction import Prediction
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
-from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Score", "score_causes"]
 

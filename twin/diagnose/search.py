@@ -17,15 +17,15 @@ from twin.diagnose.profile import threshold_of
 from twin.diagnose.racing import USUAL, Begun, Effort, Race, once_more
 from twin.diagnose.score_test import Score, score_causes
 from twin.identify.base_fit import fit_base, law_from_steps
-from twin.identify.error_model import continuation
-from twin.identify.harmonics import harmonic_residuals
-from twin.identify.likelihood import nominal_base, residual_model, sound_errors
 from twin.identify.measured_data import MeasuredData
-from twin.identify.natural_frequencies import MeasuredFrequencies
-from twin.identify.rebinning import rebinned
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.error_model import continuation
+from twin.identify.residuals.harmonics import harmonic_residuals
+from twin.identify.residuals.likelihood import nominal_base, residual_model, sound_errors
+from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
+from twin.identify.residuals.rebinning import rebinned
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
-from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Report", "Search", "Stage", "search_causes"]
 

@@ -19,7 +19,7 @@ from twin.diagnose.result import Estimate, NamedCause, Verdict
 from twin.diagnose.search import Search, Stage
 from twin.diagnose.signals import Finding, Sidebands
 from twin.identify.measured_data import MeasuredData
-from twin.identify.natural_frequencies import MeasuredFrequencies
+from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
 
 __all__ = ["Posterior", "decide", "named_causes", "posterior_of", "rivals_of"]
 

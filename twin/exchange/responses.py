@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from recordings.errors import InputError
 from recordings.quantities import QUANTITIES
 from recordings.run import Channel, Run
-from twin.identify.sine_fit import SteadyState, steady_states
-from twin.identify.spectrum import broadband_records, h1
+from twin.identify.spectra.sine_fit import SteadyState, steady_states
+from twin.identify.spectra.spectrum import broadband_records, h1
 
 FRF_FORMS = {one.name: one.per_force for one in sorted(QUANTITIES, key=lambda one: one.derivative) if one.per_force}
 """Name of a response per force, by the response's quantity."""

@@ -8,21 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import Array
-from twin.identify.balance import Added, Balance
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import ErrorModel, continuation
-from twin.identify.frequency_model import FrequencyModel, starting_moduli
 from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
-from twin.identify.joint_law import LayerLaw, choose_knots, spacing, spline_basis
-from twin.identify.likelihood import nominal_base, residual_model, sound_errors
+from twin.identify.harmonic_balance.balance import Added, Balance
+from twin.identify.harmonic_balance.joint_law import LayerLaw, choose_knots, spacing, spline_basis
+from twin.identify.harmonic_balance.opening_harmonics import balance_openings
 from twin.identify.limits import LIMITS
-from twin.identify.linear_fit import LARGEST_STEP, base_bounds
-from twin.identify.linear_model import LinearParameters
+from twin.identify.linear.linear_fit import LARGEST_STEP, base_bounds
+from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.natural_frequencies import MeasuredFrequencies
-from twin.identify.opening_harmonics import balance_openings
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.error_model import ErrorModel, continuation
+from twin.identify.residuals.frequency_model import FrequencyModel, starting_moduli
+from twin.identify.residuals.likelihood import nominal_base, residual_model, sound_errors
+from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
+from twin.identify.residuals.residual_model import ResidualModel
 
 TURNS = 25
 """Newton steps for each step's own softening and loss; eight are usual."""

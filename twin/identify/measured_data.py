@@ -15,17 +15,17 @@ from recordings.run import Run
 from recordings.sweeps import sweeps
 from recordings.whereabouts import working_on
 from twin.arrays import Array
-from twin.identify.broadband import BinnedResponse
-from twin.identify.changed_model import ChangedModels
 from twin.identify.limits import LIMITS
-from twin.identify.linear_fit import LinearFit, reduce_broadband
-from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
+from twin.identify.linear.changed_model import ChangedModels
+from twin.identify.linear.linear_fit import LinearFit, reduce_broadband
+from twin.identify.linear.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
 from twin.identify.model_modification import ModelModification
 from twin.identify.nominal_instruments import nominal_instruments
 from twin.identify.rig_channels import drive_of, faces_against, in_directions_of
-from twin.identify.settled import still_changing
-from twin.identify.sine_fit import Line, SteadyState, steady_states
-from twin.identify.spectrum import BroadbandRecord, broadband_records
+from twin.identify.spectra.broadband import BinnedResponse
+from twin.identify.spectra.settled import still_changing
+from twin.identify.spectra.sine_fit import Line, SteadyState, steady_states
+from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records
 from twin.rigs import Place, Rig, Shaker, nearest_preload, recorded_preload
 
 __all__ = ["Known", "MeasuredData", "StepArrays", "common_preload", "gather_data", "response_outputs"]

@@ -17,7 +17,7 @@ from twin.identify.identified import Identified, identify_rig
 from twin.identify.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import PolynomialFit, Polynomials
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.lab.given import Report
 from twin.lab.model_result import FitPictures, IdentifiedModel
 from twin.rigs import Rig, foreign_preload

@@ -16,9 +16,9 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.residual_model import ResidualModel
-from twin.identify.resonances import by_resonance
-from twin.identify.sine_fit import SteadyState, steady_states
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.spectra.resonances import by_resonance
+from twin.identify.spectra.sine_fit import SteadyState, steady_states
 from twin.structure import DrawnPart, Structure, drawn_places, layer_points
 from twin.structure.mode_law import LayerModes, mode_functions
 from twin.structure.modelled_rig import ModelledRig

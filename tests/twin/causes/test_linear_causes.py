@@ -11,7 +11,7 @@ from scipy.integrate import simpson
 from scipy.signal import freqs
 
 from twin.diagnose.models import CAUSES
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.structure import assemble
 
 NEAR = 2e-4

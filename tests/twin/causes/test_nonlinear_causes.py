@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from twin.diagnose.models import CAUSES
-from twin.identify.harmonics import harmonic_residuals
 from twin.identify.model_modification import NoiseMotion
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.harmonics import harmonic_residuals
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.joint import jenkins
 from twin.structure import layer_points
 

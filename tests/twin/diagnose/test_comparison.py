@@ -13,10 +13,10 @@ from twin.diagnose.comparison import compare_sweeps, noise_floors, predicted_ste
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import starting_baseline
-from twin.identify.error_model import SOUND
-from twin.identify.harmonics import harmonic_residuals
 from twin.identify.measured_data import gather_data
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.error_model import SOUND
+from twin.identify.residuals.harmonics import harmonic_residuals
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 NOISE = 1e-4

@@ -21,7 +21,7 @@ from twin.diagnose.next_test.sensor_place import best_sensor_place
 from twin.diagnose.next_test.separation import enough, least_promise, separation
 from twin.identify.base_fit import fit_base
 from twin.identify.measured_data import gather_data
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.procedures import Random, SteppedSine, load_procedure
 from twin.rigs import load_rig
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.result import Diagnosis, Misfit, NamedCause
-from twin.identify.error_model import SOUND
+from twin.identify.residuals.error_model import SOUND
 
 MASS = NamedCause(
     cause="added-mass", summary="a mass sits there", probability=0.6, confused_with=(), parameters={}, in_model=True

@@ -14,15 +14,15 @@ from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.models import CAUSES
 from twin.diagnose.score_test import score_causes
-from twin.identify import error_model
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import SOUND
-from twin.identify.joint_law import LayerLaw, choose_knots
-from twin.identify.likelihood import residual_model
-from twin.identify.linear_model import nominal_parameters
+from twin.identify.harmonic_balance.joint_law import LayerLaw, choose_knots
+from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import gather_data
 from twin.identify.model_modification import ModelModification
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals import error_model
+from twin.identify.residuals.error_model import SOUND
+from twin.identify.residuals.likelihood import residual_model
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.joint import Saturating
 from twin.rigs import load_rig
 

@@ -7,7 +7,7 @@ import pytest
 
 from twin.diagnose.result import Diagnosis, Gain, Misfit
 from twin.diagnose.shortfall import explains, shortfall, told_with
-from twin.identify.error_model import SOUND
+from twin.identify.residuals.error_model import SOUND
 
 SEARCH = SimpleNamespace(model=SimpleNamespace(errors=SOUND))
 AGREES = Misfit(chi2_per_dof=40.0, after=0.8, threshold=1.0, where=())

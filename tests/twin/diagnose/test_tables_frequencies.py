@@ -13,9 +13,9 @@ from twin.diagnose.models import CAUSES
 from twin.diagnose.tables import diagnose_frequencies, felt_causes
 from twin.diagnose.tables.frequencies import threshold
 from twin.identify.base_fit import fit_base
-from twin.identify.error_model import SPREAD, log_prior
-from twin.identify.frequency_model import FrequencyModel, sound_errors
-from twin.identify.natural_frequencies import measured_frequencies
+from twin.identify.residuals.error_model import SPREAD, log_prior
+from twin.identify.residuals.frequency_model import FrequencyModel, sound_errors
+from twin.identify.residuals.natural_frequencies import measured_frequencies
 from twin.rigs import load_rig
 from twin.rigs.beam import BeamRig
 from twin.rigs.kinds import load_any_rig

@@ -7,8 +7,8 @@ import pytest
 
 from recordings.errors import InputError
 from twin.diagnose.tables import diagnose_sweeps
-from twin.identify.backbone import BackboneSweep
-from twin.identify.modal_table import read_sweeps
+from twin.identify.backbones.backbone import BackboneSweep
+from twin.identify.backbones.modal_table import read_sweeps
 
 TABLE = Path(__file__).parents[2] / "data" / "brake-reuss" / "response_control.csv"
 AMPLITUDES = (40, 5, 25, 60, 15, 50, 10, 30, 20, 45)

@@ -8,7 +8,7 @@ import pytest
 from recordings import InputError
 from recordings.run import Channel, DeviceSamples, Run, Step, StepState
 from twin.identify import gather_data
-from twin.identify.linear_model import nominal_parameters
+from twin.identify.linear.linear_model import nominal_parameters
 from twin.rigs import load_rig
 from twin.structure import normal_modes
 

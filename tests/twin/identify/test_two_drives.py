@@ -10,11 +10,11 @@ from recordings import InputError, read_run
 from twin.bench import no_law, open_bench
 from twin.checks import first_look
 from twin.identify.base_fit import fit_base
-from twin.identify.forward_model import ForwardModel
-from twin.identify.linear_model import nominal_parameters
+from twin.identify.forward.forward_model import ForwardModel
+from twin.identify.forward.predict import blank_data
+from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import gather_data
-from twin.identify.predict import blank_data
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.rig_channels import drive_of, own_channels
 from twin.procedures import Random, SteppedSine
 from twin.rehearsal import NominalRig, open_twin, rehearse

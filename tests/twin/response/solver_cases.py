@@ -11,9 +11,9 @@ from functools import cache
 import numpy as np
 
 from twin.bench import JointLaw, no_law, open_bench
+from twin.identify.forward.predict import RigResponse, blank_data
 from twin.identify.gauss_newton import minimise
 from twin.identify.modes import fit_modes
-from twin.identify.predict import RigResponse, blank_data
 from twin.joint import iwan
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, LayerLawTable, load_rig

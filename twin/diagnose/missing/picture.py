@@ -16,8 +16,8 @@ from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, log_weight
 from twin.diagnose.search import Report, Search, search_causes
 from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residual_model import ResidualModel
-from twin.identify.sweeps import rows_by_sweep
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.spectra.sweeps import rows_by_sweep
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ from twin.diagnose.signals.clock import as_known, with_clock
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.sidebands import Sidebands, find_sidebands
 from twin.diagnose.signals.unsettled import find_unsettled
-from twin.identify.sine_fit import Line
+from twin.identify.spectra.sine_fit import Line
 
 __all__ = [
     "Finding",

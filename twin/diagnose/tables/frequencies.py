@@ -31,10 +31,15 @@ from twin.diagnose.tables.limits import LIMITS
 from twin.diagnose.tables.result import FrequencyRow, HeldOutValues, TableDiagnosis, Tried
 from twin.diagnose.verdict import Posterior, decide, named_causes, posterior_of
 from twin.identify.base_fit import fit_base
-from twin.identify.error_model import SPREAD
-from twin.identify.frequency_model import FrequencyModel, check_modes, sound_errors
 from twin.identify.limits import LIMITS as IDENTIFY
-from twin.identify.natural_frequencies import MeasuredFrequencies, StateFrequencies, measured_frequencies, sort_by_state
+from twin.identify.residuals.error_model import SPREAD
+from twin.identify.residuals.frequency_model import FrequencyModel, check_modes, sound_errors
+from twin.identify.residuals.natural_frequencies import (
+    MeasuredFrequencies,
+    StateFrequencies,
+    measured_frequencies,
+    sort_by_state,
+)
 from twin.identify.rms import rms
 from twin.rigs import BeamPart, Rig
 from twin.rigs.beam import BeamRig

@@ -1,17 +1,17 @@
 """Modes of a broadband record, without a model of the structure.
 
 H1 with a window begins; what leakage and averaging cost there is won back on the record's own spectral lines, whose
-decays at both ends are taken off with the poles found so far (:mod:`twin.identify.broadband`).
+decays at both ends are taken off with the poles found so far (:mod:`twin.identify.spectra.broadband`).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from twin.identify.broadband import BinnedResponse, bin_response, find_resonances
 from twin.identify.limits import LIMITS
 from twin.identify.modes.fit import ModalFit, fit_modes
-from twin.identify.spectrum import BroadbandRecord, h1
+from twin.identify.spectra.broadband import BinnedResponse, bin_response, find_resonances
+from twin.identify.spectra.spectrum import BroadbandRecord, h1
 
 ROUNDS = 2
 
