@@ -11,20 +11,20 @@ from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from recordings.run import Run
+from twin.diagnose.answer.comparison import compare_sweeps, noise_floors, relative_errors
+from twin.diagnose.answer.exclusion import Exclusion, exclusion_limits, hidden_at_limit
+from twin.diagnose.answer.extended import updated_rig_file
+from twin.diagnose.answer.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.cause import Cause
-from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
 from twin.diagnose.effects import left_out_effects
-from twin.diagnose.exclusion import Exclusion, exclusion_limits, hidden_at_limit
-from twin.diagnose.extended import updated_rig_file
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing import find_missing_force
 from twin.diagnose.model_evidence import Tolerances, unexplained
 from twin.diagnose.models import CAUSES, DRIFTS
 from twin.diagnose.next_test import plan_next_test
-from twin.diagnose.racing import THOROUGH, USUAL
-from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
-from twin.diagnose.search import Report, Search, search_causes
+from twin.diagnose.selection.racing import THOROUGH, USUAL
+from twin.diagnose.selection.search import Report, Search, search_causes
 from twin.diagnose.set_aside import set_aside
 from twin.diagnose.signals import find_unsettled
 from twin.diagnose.sound_data import SoundData, sound_data

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from twin.diagnose.answer.result import Estimate, NamedCause, Verdict
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.places import told_place
@@ -15,8 +16,7 @@ from twin.diagnose.posterior import (
     smallest_set,
     temperature,
 )
-from twin.diagnose.result import Estimate, NamedCause, Verdict
-from twin.diagnose.search import Search, Stage
+from twin.diagnose.selection.search import Search, Stage
 from twin.diagnose.signals import Finding, Sidebands
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.natural_frequencies import MeasuredFrequencies

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from twin.bench import open_bench
 from twin.checks import FirstLook
-from twin.diagnose.comparison import SweepComparison, sweeps_beside
+from twin.diagnose.answer.comparison import SweepComparison, sweeps_beside
 from twin.diagnose.effects import left_out_effects
 from twin.diagnose.sound_data import sound_data
 from twin.identify.identified import Identified, identify_rig

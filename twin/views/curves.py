@@ -9,9 +9,9 @@ import numpy as np
 from recordings.quantities import is_motion, is_response
 from recordings.run import Run
 from twin.arrays import Array
-from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.answer.comparison import SweepComparison
+from twin.diagnose.answer.result import Diagnosis
 from twin.diagnose.fitted_model import FittedModel, modification_of
-from twin.diagnose.result import Diagnosis
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
 from twin.identify.measured_data import MeasuredData

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twin.arrays import Array
-from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.answer.comparison import SweepComparison
 from twin.identify.forward.forward_model import ForwardModel
 from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.linear.structural_modification import update_receptance

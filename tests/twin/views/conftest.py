@@ -13,12 +13,12 @@ import pytest
 
 from recordings import Run
 from studies.force_levels import with_polynomials
-from twin.diagnose.comparison import compare_sweeps, predicted_steps
-from twin.diagnose.exclusion import Exclusion
+from twin.diagnose.answer.comparison import compare_sweeps, predicted_steps
+from twin.diagnose.answer.exclusion import Exclusion
+from twin.diagnose.answer.result import Diagnosis, Estimate, Gain, HeldOutError, Misfit, NamedCause
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
 from twin.diagnose.models import CAUSES
-from twin.diagnose.result import Diagnosis, Estimate, Gain, HeldOutError, Misfit, NamedCause
-from twin.diagnose.search import Search
+from twin.diagnose.selection.search import Search
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.harmonic_balance.joint_law import LayerLaw
 from twin.identify.identified import identify_rig

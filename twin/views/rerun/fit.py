@@ -7,9 +7,9 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from twin.arrays import Array
-from twin.diagnose.comparison import SweepComparison, predicted_harmonics
+from twin.diagnose.answer.comparison import SweepComparison, predicted_harmonics
+from twin.diagnose.answer.result import Diagnosis
 from twin.diagnose.fitted_model import FittedModel
-from twin.diagnose.result import Diagnosis
 from twin.identify.l_curve import LCurve, decompose
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.residual_model import ResidualModel

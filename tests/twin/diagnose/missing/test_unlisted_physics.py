@@ -17,7 +17,7 @@ from twin.demo import BROADBAND, HELD_OUT, SWEEPS
 from twin.diagnose import diagnose
 from twin.rigs import load_rig
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "bench"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "bench"))
 from unlisted import acting
 
 RIG = load_rig("steel-lap-joint")

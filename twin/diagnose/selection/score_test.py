@@ -16,12 +16,12 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from twin.arrays import Array
-from twin.diagnose.attachment_signatures import AttachmentSignatures
 from twin.diagnose.cause import Cause, Parameter, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, difference_step, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import Tolerances
 from twin.diagnose.parallel_map import parallel_map
+from twin.diagnose.selection.attachment_signatures import AttachmentSignatures
 from twin.identify.base_fit import baseline_bounds
 from twin.identify.gauss_newton import not_held_back
 from twin.identify.measured_data import MeasuredData

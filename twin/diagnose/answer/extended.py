@@ -2,7 +2,7 @@
 
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.places import told_place
-from twin.diagnose.search import Search
+from twin.diagnose.selection.search import Search
 from twin.identify.measured_data import MeasuredData
 from twin.identify.updated_rig import updated_rig
 from twin.rigs import Effect, Rig

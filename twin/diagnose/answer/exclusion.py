@@ -10,7 +10,7 @@ from twin.diagnose.cause import Parameter, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.places import told_place
-from twin.diagnose.score_test import Score
+from twin.diagnose.selection.score_test import Score
 from twin.identify.measured_data import MeasuredData
 
 

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from twin.diagnose import profile
 from twin.diagnose.cause import Parameter, thresholds
+from twin.diagnose.selection import profile
 
 GAP = Parameter(name="gap_m", scale=1.0, lower=1e-3, upper=2.0, starts=thresholds(1.0, least=0.05))
 TRUE = 0.35

@@ -10,7 +10,7 @@ import pytest
 from recordings import read_run
 from twin.diagnose.models import CAUSES
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE
-from twin.diagnose.search import search_causes
+from twin.diagnose.selection.search import search_causes
 from twin.diagnose.verdict import decide, posterior_of
 from twin.identify.measured_data import gather_data
 from twin.identify.time_limit import time_limit

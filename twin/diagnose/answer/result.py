@@ -5,13 +5,13 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from twin.cause_registry import advice_on
-from twin.diagnose.comparison import SweepComparison
-from twin.diagnose.exclusion import Exclusion
-from twin.diagnose.misfit import Misfit, Verdict
+from twin.diagnose.answer.comparison import SweepComparison
+from twin.diagnose.answer.exclusion import Exclusion
+from twin.diagnose.answer.misfit import Misfit, Verdict
+from twin.diagnose.answer.shortfall import explains, shortfall, told_with
 from twin.diagnose.missing import MissingForce
 from twin.diagnose.posterior import Weighed
-from twin.diagnose.search import Search
-from twin.diagnose.shortfall import explains, shortfall, told_with
+from twin.diagnose.selection.search import Search
 from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.error_model import SOUND

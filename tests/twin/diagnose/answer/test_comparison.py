@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.comparison import compare_sweeps, noise_floors, predicted_steps, relative_errors
+from twin.diagnose.answer.comparison import compare_sweeps, noise_floors, predicted_steps, relative_errors
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import starting_baseline

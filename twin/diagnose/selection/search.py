@@ -13,9 +13,9 @@ from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import Tolerances, fit_with_errors, infer_errors, with_spread
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, log_weight, temperature
-from twin.diagnose.profile import threshold_of
-from twin.diagnose.racing import USUAL, Begun, Effort, Race, once_more
-from twin.diagnose.score_test import Score, score_causes
+from twin.diagnose.selection.profile import threshold_of
+from twin.diagnose.selection.racing import USUAL, Begun, Effort, Race, once_more
+from twin.diagnose.selection.score_test import Score, score_causes
 from twin.identify.base_fit import fit_base, law_from_steps
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.error_model import continuation

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.exclusion import exclusion_limits, hidden_at_limit
+from twin.diagnose.answer.exclusion import exclusion_limits, hidden_at_limit
 from twin.diagnose.fitted_model import CauseHypothesis
 from twin.diagnose.models import CAUSES
-from twin.diagnose.score_test import Score
+from twin.diagnose.selection.score_test import Score
 from twin.identify.measured_data import gather_data
 from twin.rigs import load_rig
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from twin.diagnose.answer.misfit import Misfit, Verdict
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.misfit import Misfit, Verdict
 
 
 class _HeldOut(Protocol):

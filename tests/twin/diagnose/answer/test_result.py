@@ -4,8 +4,8 @@ import json
 from dataclasses import replace
 from types import SimpleNamespace
 
-from twin.diagnose.exclusion import Exclusion
-from twin.diagnose.result import Diagnosis, Misfit, NamedCause
+from twin.diagnose.answer.exclusion import Exclusion
+from twin.diagnose.answer.result import Diagnosis, Misfit, NamedCause
 from twin.identify.residuals.error_model import SOUND
 
 MASS = NamedCause(

@@ -10,7 +10,7 @@ from twin.diagnose.tables import diagnose_sweeps
 from twin.identify.backbones.backbone import BackboneSweep
 from twin.identify.backbones.modal_table import read_sweeps
 
-TABLE = Path(__file__).parents[2] / "data" / "brake-reuss" / "response_control.csv"
+TABLE = Path(__file__).parents[3] / "data" / "brake-reuss" / "response_control.csv"
 AMPLITUDES = (40, 5, 25, 60, 15, 50, 10, 30, 20, 45)
 
 

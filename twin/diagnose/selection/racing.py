@@ -12,7 +12,7 @@ from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, 
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import Tolerances, fit_with_errors
 from twin.diagnose.parallel_map import parallel_map
-from twin.diagnose.profile import highest_of_profile, threshold_of
+from twin.diagnose.selection.profile import highest_of_profile, threshold_of
 from twin.identify.base_fit import law_from_steps
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.measured_data import MeasuredData

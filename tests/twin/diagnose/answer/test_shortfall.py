@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from twin.diagnose.result import Diagnosis, Gain, Misfit
-from twin.diagnose.shortfall import explains, shortfall, told_with
+from twin.diagnose.answer.result import Diagnosis, Gain, Misfit
+from twin.diagnose.answer.shortfall import explains, shortfall, told_with
 from twin.identify.residuals.error_model import SOUND
 
 SEARCH = SimpleNamespace(model=SimpleNamespace(errors=SOUND))

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose import score_test
 from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.models import CAUSES
-from twin.diagnose.score_test import score_causes
+from twin.diagnose.selection import score_test
+from twin.diagnose.selection.score_test import score_causes
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.harmonic_balance.joint_law import LayerLaw, choose_knots
 from twin.identify.linear.linear_model import nominal_parameters
