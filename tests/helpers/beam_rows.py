@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.structure import Structure
-from twin.structure.beam import curvature_shape
+from twin.structure.elements.beam import curvature_shape
 from twin.structure.mesh import BeamMesh
 
 __all__ = ["axial", "curvature", "slope"]

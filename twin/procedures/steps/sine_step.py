@@ -1,11 +1,11 @@
 """One step of a sine procedure: set, hold the amplitude while it settles, measure."""
 
 from recordings.run import StepState
-from twin.procedures.measured import measured
 from twin.procedures.results import StepResult
 from twin.procedures.session import Session
-from twin.procedures.step import SineStep
-from twin.procedures.wait import Wait
+from twin.procedures.steps.measured import measured
+from twin.procedures.steps.step import SineStep
+from twin.procedures.steps.wait import Wait
 
 
 def run_sine_step(session: Session, step: SineStep, *, sample_rate_Hz: float) -> StepResult:

@@ -5,13 +5,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from twin.procedures.brake import Brake
 from twin.procedures.limits import LIMITS
-from twin.procedures.phasors import nearness, relative_phasors
 from twin.procedures.session import Session
-from twin.procedures.settling import SettlingDetector, usual_rate
 from twin.procedures.sine_fit import SineFit
-from twin.procedures.step import SineStep
+from twin.procedures.steps.brake import Brake
+from twin.procedures.steps.phasors import nearness, relative_phasors
+from twin.procedures.steps.settling import SettlingDetector, usual_rate
+from twin.procedures.steps.step import SineStep
 
 
 def window_seconds(frequency_Hz: float, sample_rate_Hz: float) -> float:

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
-from twin.structure.beam import beam_mass, beam_stiffness, weakened_stiffness
+from twin.structure.elements.beam import beam_mass, beam_stiffness, weakened_stiffness
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ from scipy.optimize import brentq
 from studies.shear_derivatives import timoshenko_mass_derivative, timoshenko_stiffness_derivative
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
-from twin.structure.beam import beam_mass, beam_stiffness
-from twin.structure.timoshenko import (
+from twin.structure.elements.beam import beam_mass, beam_stiffness
+from twin.structure.elements.timoshenko import (
     timoshenko_mass,
 )
 

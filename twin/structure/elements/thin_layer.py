@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.structure.beam import deflection_shape, gauss, slope_shape
+from twin.structure.elements.beam import deflection_shape, gauss, slope_shape
+from twin.structure.elements.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS, TWIST
 from twin.structure.limits import LIMITS
-from twin.structure.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS, TWIST
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def space_thin_layer(
     """The same between beams in space, whose sections are rigid; it opens unevenly across its width as they twist.
 
     DOFs: (u, v, w, phi, psi, theta) of both nodes of the bottom beam's element, then of the top beam's, as in
-    :mod:`twin.structure.space_beam`.  B_E is (8, 24), B_G (16, 24).
+    :mod:`twin.structure.elements.space_beam`.  B_E is (8, 24), B_G (16, 24).
     """
     opening, slip, weights, at = [], [], [], []
     for xi, weight in zip(*gauss(LIMITS.normal_points), strict=True):

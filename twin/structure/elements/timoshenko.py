@@ -8,7 +8,7 @@ chapter 11.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from twin.structure.beam import BENDING, beam_mass, gauss, per_length
+from twin.structure.elements.beam import BENDING, beam_mass, gauss, per_length
 
 Matrix = NDArray[np.float64]
 

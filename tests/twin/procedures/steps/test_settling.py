@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.procedures.settling import SettlingDetector, usual_rate
+from twin.procedures.steps.settling import SettlingDetector, usual_rate
 
 WINDOW_S = 0.378
 

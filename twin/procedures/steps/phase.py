@@ -5,7 +5,7 @@ import math
 from recordings.directions import cosine
 from recordings.quantities import quantity
 from recordings.run import Channel
-from twin.procedures.amplitude import wrapped
+from twin.procedures.steps.amplitude import wrapped
 
 
 def resonance_phase(response: Channel, force: Channel) -> float:

@@ -6,7 +6,7 @@ from resonator import ListSink, Resonator
 from scipy.integrate import solve_ivp
 
 from twin.procedures import DirectAcquisition, SteppedSine, run_procedure
-from twin.procedures.brake import plan_detour, window_gain
+from twin.procedures.steps.brake import plan_detour, window_gain
 from twin.procedures.tables import Settle
 
 TAU_S = 2.6

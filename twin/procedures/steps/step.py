@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass
 
-from twin.procedures.amplitude import AmplitudeControl
-from twin.procedures.phase import PhaseLock
 from twin.procedures.session import StepPlace
+from twin.procedures.steps.amplitude import AmplitudeControl
+from twin.procedures.steps.phase import PhaseLock
 from twin.procedures.tables import Settle
 
 

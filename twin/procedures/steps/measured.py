@@ -5,12 +5,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from twin.procedures.phasors import relative_phasors
 from twin.procedures.results import StepResult
 from twin.procedures.session import Session
-from twin.procedures.step import SineStep
+from twin.procedures.steps.phasors import relative_phasors
+from twin.procedures.steps.step import SineStep
+from twin.procedures.steps.wait import Wait
 from twin.procedures.stream import Series
-from twin.procedures.wait import Wait
 
 HARMONICS = 5
 

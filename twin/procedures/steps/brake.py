@@ -20,7 +20,7 @@ import numpy as np
 
 from twin.procedures.limits import LIMITS
 from twin.procedures.session import Session
-from twin.procedures.settling import SettlingDetector
+from twin.procedures.steps.settling import SettlingDetector
 
 SHORTEST_S, LONGEST_S = 0.2, 1.0
 

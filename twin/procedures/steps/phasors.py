@@ -5,9 +5,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from twin.procedures.phase import resonance_phase
 from twin.procedures.session import Session
 from twin.procedures.sine_fit import SineFit
+from twin.procedures.steps.phase import resonance_phase
 
 
 def relative_phasors(session: Session, fits: Mapping[str, SineFit], target: str) -> dict[str, complex]:
