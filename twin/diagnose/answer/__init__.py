@@ -4,14 +4,3 @@ from twin.diagnose.answer.comparison import SweepComparison
 from twin.diagnose.answer.exclusion import Exclusion
 from twin.diagnose.answer.misfit import Misfit, Verdict
 from twin.diagnose.answer.result import Diagnosis, Estimate, Gain, NamedCause
-
-__all__ = [
-    "Diagnosis",
-    "Estimate",
-    "Exclusion",
-    "Gain",
-    "Misfit",
-    "NamedCause",
-    "SweepComparison",
-    "Verdict",
-]

@@ -124,7 +124,7 @@ def _rehearsed(proposal: Proposal, extended: Rig, preload: str) -> Rehearsed:
 
     with temporary_folder("twin-next-test") as folder:
         first = rehearse(proposal.procedure, twin(proposal.procedure), folder / "first.mcap", nominal=nominal)
-        better = rehearse_until_clear(first, twin, folder / "better.mcap", nominal=nominal, rounds=LIMITS.plan_rounds)
+        better = rehearse_until_clear(first, twin, folder / "better.mcap", rounds=LIMITS.plan_rounds)
     return better or first
 
 

@@ -2,11 +2,3 @@
 
 from twin.diagnose.selection.score_test import Score, score_causes
 from twin.diagnose.selection.search import Report, Search, search_causes
-
-__all__ = [
-    "Report",
-    "Score",
-    "Search",
-    "score_causes",
-    "search_causes",
-]

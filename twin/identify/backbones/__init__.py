@@ -2,11 +2,3 @@
 
 from twin.identify.backbones.backbone import BackboneSweep, identify_backbone
 from twin.identify.backbones.modal_prediction import ModalResponse, predict_forced, predict_held
-
-__all__ = [
-    "BackboneSweep",
-    "ModalResponse",
-    "identify_backbone",
-    "predict_forced",
-    "predict_held",
-]

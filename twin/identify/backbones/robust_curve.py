@@ -50,7 +50,7 @@ class RobustCurve:
         return np.sqrt(np.einsum("ij,jk,ik->i", V, self.covariance, V))
 
 
-def fit_robust_curve(x: Array, y: Array, *, scale: float, max_order: int = 4) -> RobustCurve:
+def fit_robust_curve(x: Array, y: Array, *, scale: float) -> RobustCurve:
     """Fit with the order whose predictions of left-out values are the most probable.
 
     Parameters
@@ -59,12 +59,10 @@ def fit_robust_curve(x: Array, y: Array, *, scale: float, max_order: int = 4) ->
         At least three points.
     scale
         Scatter expected of single values, in the unit of `y`.
-    max_order
-        Highest order tried; once one value is left out, one more than there are coefficients must remain.
     """
-    highest = max(0, min(max_order, len(x) - 3))
     scores = {}
-    for order in range(highest + 1):
+    # Once one value is left out, one more than there are coefficients must remain.
+    for order in range(1 + max(0, min(4, len(x) - 3))):
         errors = left_out_errors(x, y, order=order, scale=scale)
         scores[order] = float(np.sum(student.logpdf(errors / scale, LIMITS.robust_curve_freedom)))
     order = min(n for n, score in scores.items() if score > max(scores.values()) - LIMITS.robust_curve_parsimony)

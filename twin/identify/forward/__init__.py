@@ -2,9 +2,3 @@
 
 from twin.identify.forward.forward_model import ForwardModel
 from twin.identify.forward.predict import RigPrediction, RigResponse
-
-__all__ = [
-    "ForwardModel",
-    "RigPrediction",
-    "RigResponse",
-]

@@ -16,7 +16,7 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward.linear_forward_model import LinearForwardModel
 from twin.identify.forward.shaker_impedance import drive_stiffness
 from twin.identify.harmonic_balance.balance import Added, Balance, log_amplitudes
-from twin.identify.harmonic_balance.local_forces import Influence, LocalForces, Surroundings
+from twin.identify.harmonic_balance.local_forces import LocalForces, Surroundings
 from twin.identify.harmonic_balance.opening_harmonics import (
     OpeningBalance,
     Openings,
@@ -298,18 +298,3 @@ class ForwardModel(LinearForwardModel):
         """Where the nonlinear forces' ports are."""
         stop = self.model.ports.extra.stop - (1 if self.modification.base_receptance else 0)
         return slice(stop - len(self.modification.nonlinear), stop)
-
-    def port_motion(self, R: Array, omega: Array) -> tuple[Array, Influence]:
-        """Complex amplitudes (s, n) at the moving ports, m, and how stiffness there changes things.
-
-        The amplitudes follow from the measured motion of the reference channel, not from the force: near a sharp
-        resonance the response to that is far more uncertain than the shape of the motion.
-        """
-        steps, reference, n = self.evidence.steps, self.evidence.reference, self.moving
-        into = self.driven(R, omega)
-        per_reference = into[:, n] / self.responses(R, omega)[:, reference, None]
-        motion = per_reference * steps.response[:, reference, 0, None]
-        to_outputs = -R[:, self.model.ports.outputs][:, :, n] * into[:, None, n]
-        by_response = self.log_response_change(to_outputs, R, omega)
-        by_motion = -R[:, n[:, None], n] * into[:, None, n] / into[:, n, None] - by_response[:, None, reference]
-        return motion, Influence(by_motion, by_response)

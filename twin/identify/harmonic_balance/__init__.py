@@ -4,10 +4,3 @@ from twin.identify.harmonic_balance.balance import Balance
 from twin.identify.harmonic_balance.joint_law import LayerLaw
 from twin.identify.harmonic_balance.local_forces import LocalForces
 from twin.identify.harmonic_balance.opening_harmonics import Openings
-
-__all__ = [
-    "Balance",
-    "LayerLaw",
-    "LocalForces",
-    "Openings",
-]

@@ -9,13 +9,3 @@ from twin.identify.linear.linear_model import (
     nominal_parameters,
 )
 from twin.identify.linear.structural_modification import update_receptance
-
-__all__ = [
-    "LinearModel",
-    "LinearParameters",
-    "Output",
-    "base_prior",
-    "build_linear_model",
-    "nominal_parameters",
-    "update_receptance",
-]

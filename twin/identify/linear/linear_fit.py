@@ -13,7 +13,7 @@ from twin.identify.gauss_newton import minimise
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import LinearModel, LinearParameters
 from twin.identify.linear.poles import poles_near
-from twin.identify.spectra.broadband import BinnedResponse, bin_response, find_resonances, hidden_resonances
+from twin.identify.spectra.broadband import BinnedResponse, Binning, bin_response, find_resonances, hidden_resonances
 from twin.identify.spectra.driven_gaps import driven_through
 from twin.identify.spectra.spectrum import BroadbandRecord
 from twin.structure import rigid_motions
@@ -46,7 +46,7 @@ class LinearFit:
         Of the whitened residual.
     history : tuple of float
         Cost at each iteration.
-    assumed : LinearParameters
+    nominal : LinearParameters
         Centre of the prior.
     """
 
@@ -116,7 +116,6 @@ def fit_linear(
     frequency_discrepancy_std: float = LIMITS.frequency_std,
     moduli_std: float = MODULI_STD,
     model_error: float = 0.0,
-    iterations: int = 15,
 ) -> LinearFit:
     """Fit the base parameters to a binned response.
 
@@ -124,7 +123,7 @@ def fit_linear(
     ----------
     start
         Where to begin.
-    assumed
+    nominal
         Centre of the prior.
     frequency_discrepancy_std, moduli_std
         See :func:`base_prior`.
@@ -150,7 +149,7 @@ def fit_linear(
         mean=mean,
         precision=precision,
         bounds=base_bounds(nominal.joints),
-        iterations=iterations,
+        iterations=15,
         largest_step=largest,
     )
     return LinearFit(
@@ -163,7 +162,7 @@ def fit_linear(
 
 
 def reduce_broadband(
-    model: LinearModel, record: BroadbandRecord, nominal: LinearParameters, *, force: str, rounds: int = 3
+    model: LinearModel, record: BroadbandRecord, nominal: LinearParameters, *, force: str
 ) -> tuple[BinnedResponse, LinearFit]:
     """Bin a broadband record and fit the base parameters to it, each round with a better reference.
 
@@ -185,7 +184,7 @@ def reduce_broadband(
         return data, follow_resonances(model, replace(data, H=signs * data.H), base, nominal)
 
     led_astray = False
-    for _ in range(rounds):
+    for _ in range(3):
         data, fit = reduced(base, signs)
         if fit.chi2_per_dof > LIMITS.linear_fit_astray and not led_astray:
             led_astray = True
@@ -290,16 +289,11 @@ def _binned(
     def mended(part: BroadbandRecord) -> BroadbandRecord:
         return driven_through(part, reference, force=force, channels=channels, up_to_Hz=float(band[1]))
 
-    return bin_response(
-        record,
-        force=force,
-        channels=channels,
-        reference=reference,
-        poles=poles,
-        resonances_Hz=np.concatenate([resonances, poles.imag / (2 * np.pi)]),
-        band_Hz=band,
-        mended=mended,
-    )
+    binning = Binning(
+        force=force, channels=channels, reference=reference, poles=poles,
+        resonances_Hz=np.concatenate([resonances, poles.imag / (2 * np.pi)]), band_Hz=band, mended=mended,
+    )  # fmt: skip
+    return bin_response(record, binning)
 
 
 def _within(band_Hz: Real, poles: Complex) -> Complex:

@@ -3,9 +3,3 @@
 from twin.identify.residuals.error_model import ErrorModel
 from twin.identify.residuals.frequency_model import FrequencyModel
 from twin.identify.residuals.residual_model import ResidualModel
-
-__all__ = [
-    "ErrorModel",
-    "FrequencyModel",
-    "ResidualModel",
-]

@@ -15,6 +15,7 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward.forward_model import AtHarmonic, ForwardModel
 from twin.identify.harmonic_balance.balance import Balance
 from twin.identify.harmonic_balance.joint_law import curve_precision
+from twin.identify.harmonic_balance.local_forces import Influence
 from twin.identify.harmonic_balance.opening_harmonics import balance_openings, stiffness_sensitivity
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import base_prior
@@ -200,7 +201,7 @@ class ResidualModel(ForwardModel):
 
     def _by_amplitude(self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance) -> Array:
         """D log response (s, o) / d log amplitude of the reference channel: through the law and the local forces."""
-        motion, influence = self.port_motion(R, omega)
+        motion, influence = self._port_motion(R, omega)
         ones = np.ones((*motion.shape, 1), complex)
         still = np.zeros((len(motion), len(self.evidence.channels), 1), complex)
         followed = self.local.follow(baseline.laws, np.abs(motion), omega, influence, ones, still, balance.added)
@@ -264,6 +265,21 @@ class ResidualModel(ForwardModel):
             for R, _, omega in around
         ]
         return np.stack(read, axis=1)
+
+    def _port_motion(self, R: Array, omega: Array) -> tuple[Array, Influence]:
+        """Complex amplitudes (s, n) at the moving ports, m, and how stiffness there changes things.
+
+        The amplitudes follow from the measured motion of the reference channel, not from the force: near a sharp
+        resonance the response to that is far more uncertain than the shape of the motion.
+        """
+        steps, reference, n = self.evidence.steps, self.evidence.reference, self.moving
+        into = self.driven(R, omega)
+        per_reference = into[:, n] / self.responses(R, omega)[:, reference, None]
+        motion = per_reference * steps.response[:, reference, 0, None]
+        to_outputs = -R[:, self.model.ports.outputs][:, :, n] * into[:, None, n]
+        by_response = self.log_response_change(to_outputs, R, omega)
+        by_motion = -R[:, n[:, None], n] * into[:, None, n] / into[:, n, None] - by_response[:, None, reference]
+        return motion, Influence(by_motion, by_response)
 
     def motion_at_forces(self, baseline: BaselineParameters) -> Array:
         """Complex amplitudes (s, n) of the steps at the ports of the extension's nonlinear forces, m."""
@@ -352,7 +368,7 @@ class ResidualModel(ForwardModel):
         outputs = len(self.evidence.channels)
         response = self.log_response_change(change[:, :outputs], R, omega)
         moved = change[:, outputs:] / into[:, moving, None] - response[:, self.evidence.reference, None]
-        motion, influence = self.port_motion(R, omega)
+        motion, influence = self._port_motion(R, omega)
         amplitude, points = np.abs(motion), len(self.points)
         by_harmonics = held.derivative(baseline) if held is not None else None
         if by_harmonics is not None:
@@ -374,5 +390,5 @@ class ResidualModel(ForwardModel):
         """Motion at the nonlinear forces' ports, how many harmonics are wanted, and omega."""
         assert self.harmonics is not None
         omega = self.clock(self.evidence.steps.complex_omega, self.step_times)
-        motion, _ = self.port_motion(R, omega)
+        motion, _ = self._port_motion(R, omega)
         return motion[:, 2 * len(self.points) :], int(self.harmonics.orders[-1]), omega.real

@@ -4,13 +4,3 @@ from twin.identify.spectra.broadband import BinnedResponse
 from twin.identify.spectra.sine_fit import SteadyState, steady_states
 from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records, h1
 from twin.identify.spectra.sweeps import rows_by_sweep
-
-__all__ = [
-    "BinnedResponse",
-    "BroadbandRecord",
-    "SteadyState",
-    "broadband_records",
-    "h1",
-    "rows_by_sweep",
-    "steady_states",
-]

@@ -137,40 +137,38 @@ def _upper_level(power: Real) -> float:
     return float(ordered[np.searchsorted(summed, 0.5 * summed[-1])])
 
 
-def bin_response(
-    record: BroadbandRecord,
-    *,
-    force: str,
-    channels: tuple[str, ...],
-    reference: Callable[[Real], Complex],
-    poles: Complex,
-    resonances_Hz: Real,
-    band_Hz: Real,
-    half_width_Hz: float = LIMITS.half_width_Hz,
-    mended: Callable[[BroadbandRecord], BroadbandRecord] = lambda part: part,
-) -> BinnedResponse:
-    """Reduce a record to bins.
+@dataclass(frozen=True, kw_only=True)
+class Binning:
+    """How a record is reduced to bins.
 
-    A long one is reduced part by part, each with its own transient; the scatter of a bin is that of all parts' lines.
-
-    Parameters
+    Attributes
     ----------
-    reference
+    reference : callable
         Frequency responses (f, o) at given omega: what is smooth about the difference to it is all that is assumed.
     poles : ndarray
         Complex poles (rad/s) of the reference, for the transient.
-    resonances_Hz
+    resonances_Hz : ndarray
         Where the response may change fast: the data's own and the reference's resonances.
-    half_width_Hz
-        Least distance to a resonance that is told apart.
-    mended
+    mended : callable
         A part with its missing samples filled in by what is known of them.
     """
-    band = float(band_Hz[0]), float(band_Hz[1])
-    parts = [
-        _reduced(mended(part), force, channels, reference, poles, resonances_Hz, band, half_width_Hz)
-        for part in record.parts()
-    ]
+
+    force: str
+    channels: tuple[str, ...]
+    reference: Callable[[Real], Complex]
+    poles: Complex
+    resonances_Hz: Real
+    band_Hz: Real
+    mended: Callable[[BroadbandRecord], BroadbandRecord] = lambda part: part
+
+
+def bin_response(record: BroadbandRecord, binning: Binning) -> BinnedResponse:
+    """Reduce a record to bins.
+
+    A long one is reduced part by part, each with its own transient; the scatter of a bin is that of all parts' lines.
+    """
+    force, channels, reference = binning.force, binning.channels, binning.reference
+    parts = [_reduced(part, binning) for part in record.parts()]
     counts, lines_per_Hz = len(parts) * parts[0].counts, record.part_length / record.sample_rate_Hz
     Su, Sy = float(np.mean([part.Su for part in parts])), np.mean([part.Sy for part in parts], axis=0)
     total = np.sum([part.total for part in parts], axis=0)
@@ -201,7 +199,7 @@ def bin_response(
         noise_density=dict(zip((force, *channels), density.tolist(), strict=True)),
         distortion=distortion,
         force_power=total / (2 * len(parts)),
-        resonances_Hz=resonances_Hz,
+        resonances_Hz=binning.resonances_Hz,
     )
 
 
@@ -227,26 +225,18 @@ def _products(E: Complex, weight: Real | float = 1.0) -> Complex:
     return np.asarray((weight * E)[:, :, None] * np.conj(E)[:, None, :])
 
 
-def _reduced(
-    record: BroadbandRecord,
-    force: str,
-    channels: tuple[str, ...],
-    reference: Callable[[Real], Complex],
-    poles: Complex,
-    resonances_Hz: Real,
-    band_Hz: tuple[float, float],
-    half_width_Hz: float,
-) -> _Part:
-    """One part; see :func:`bin_response`."""
-    frequency, U = record.lines(force, band_Hz)
+def _reduced(part: BroadbandRecord, binning: Binning) -> _Part:
+    record, channels, poles = binning.mended(part), binning.channels, binning.poles
+    band = float(binning.band_Hz[0]), float(binning.band_Hz[1])
+    frequency, U = record.lines(binning.force, band)
     omega = 2 * np.pi * frequency
     H_reference = np.empty((len(omega), len(channels)), complex)
     for rows in _blocks(len(omega)):
-        H_reference[rows] = reference(omega[rows])
+        H_reference[rows] = binning.reference(omega[rows])
     R = -H_reference * U[:, None]
     for o, channel in enumerate(channels):
-        R[:, o] += record.lines(channel, band_Hz)[1]
-    edges = response_bins(frequency, resonances_Hz, half_width_Hz)
+        R[:, o] += record.lines(channel, band)[1]
+    edges = response_bins(frequency, binning.resonances_Hz)
     starts, counts = edges[:-1], np.diff(edges)
     bin_of = np.repeat(np.arange(len(starts)), counts)
     power = np.abs(U) ** 2
@@ -295,14 +285,12 @@ def _transient(R: Complex, omega: Real, poles: Complex, H: Complex, Su: float, S
     return np.concatenate([decays(rows) @ residues for rows in _blocks(len(omega))])
 
 
-def response_bins(
-    frequency: Real, resonances_Hz: Real, half_width_Hz: float = LIMITS.half_width_Hz
-) -> NDArray[np.int64]:
+def response_bins(frequency: Real, resonances_Hz: Real) -> NDArray[np.int64]:
     """Edges, as places in `frequency`, of bins that are narrow near resonances and at most 8 Hz wide elsewhere."""
     edges = [0]
     step = frequency[1] - frequency[0]
     while edges[-1] < len(frequency):
-        distance = np.min(np.abs(frequency[edges[-1]] - resonances_Hz), initial=1e3) + half_width_Hz
+        distance = np.min(np.abs(frequency[edges[-1]] - resonances_Hz), initial=1e3) + LIMITS.half_width_Hz
         width = min(LIMITS.bin_share * distance, 8.0)
         edges.append(edges[-1] + max(1, int(width / step)))
     edges[-1] = len(frequency)

@@ -2,8 +2,3 @@
 
 from twin.procedures.steps.sine_step import run_sine_step
 from twin.procedures.steps.step import SineStep
-
-__all__ = [
-    "SineStep",
-    "run_sine_step",
-]

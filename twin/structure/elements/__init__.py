@@ -4,11 +4,3 @@ from twin.structure.elements.beam import beam_mass, beam_stiffness
 from twin.structure.elements.space_beam import space_element
 from twin.structure.elements.thin_layer import ThinLayerElement
 from twin.structure.elements.timoshenko import timoshenko_mass
-
-__all__ = [
-    "ThinLayerElement",
-    "beam_mass",
-    "beam_stiffness",
-    "space_element",
-    "timoshenko_mass",
-]

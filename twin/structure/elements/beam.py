@@ -21,7 +21,6 @@ AXIAL, BENDING = _block([0, 3]), _block([1, 2, 4, 5])
 SLENDER = np.array([[12.0, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
 THICK = np.array([[0.0, 0, 0, 0], [0, 1, 0, -1], [0, 0, 0, 0], [0, -1, 0, 1]])
 _MASS = np.array([[156.0, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420
-_ROTARY = np.array([[36.0, 3, -36, 3], [3, 4, -3, -1], [-36, -3, 36, -3], [3, -1, -3, 4]]) / 30
 _STRETCH, _AXIAL_MASS = np.array([[1.0, -1], [-1, 1]]), np.array([[2.0, 1], [1, 2]]) / 6
 
 
@@ -81,7 +80,7 @@ def weakened_stiffness(
     return K
 
 
-def beam_mass(*, mass_per_length: float, length: ArrayLike, rotary: float = 0.0) -> Matrix:
+def beam_mass(*, mass_per_length: float, length: ArrayLike) -> Matrix:
     """Consistent mass (..., 6, 6) of beam elements, DOFs (u1, v1, theta1, u2, v2, theta2).
 
     Parameters
@@ -90,13 +89,11 @@ def beam_mass(*, mass_per_length: float, length: ArrayLike, rotary: float = 0.0)
         kg/m.
     length : float or ndarray
         Of the element or elements, m.
-    rotary
-        Rotary inertia per length, rho I in kg m; zero leaves it out.
     """
     L = np.asarray(length, float)[..., None, None]
     M = np.zeros((*np.shape(length), 6, 6))
     M[AXIAL] = mass_per_length * L * _AXIAL_MASS
-    M[BENDING] = (mass_per_length * L * _MASS + rotary / L * _ROTARY) * per_length(length)
+    M[BENDING] = mass_per_length * L * _MASS * per_length(length)
     return M
 
 

@@ -9,7 +9,7 @@ from recordings import RunWriter, read_run
 from recordings.run import Channel, SampleBlock, Step, StepState
 from twin.causes.mains_hum.finding import find_mains_hum
 from twin.diagnose.signals import find_sidebands
-from twin.identify.spectra.broadband import bin_response, find_resonances
+from twin.identify.spectra.broadband import Binning, bin_response, find_resonances
 from twin.identify.spectra.sine_fit import steady_states
 from twin.identify.spectra.spectrum import broadband_records
 
@@ -51,10 +51,11 @@ def peak_MB(reduce, path):
 def reduce_noise(run):
     (record,) = broadband_records(run)
     resonances, _ = find_resonances(record, force="force", channels=NAMES[1:])
-    bin_response(
-        record, force="force", channels=NAMES[1:], reference=lambda omega: np.ones((len(omega), 2), complex),
+    binning = Binning(
+        force="force", channels=NAMES[1:], reference=lambda omega: np.ones((len(omega), 2), complex),
         poles=np.array([-5 + 700j]), resonances_Hz=resonances[:3], band_Hz=np.array([5.0, 1000.0]),
     )  # fmt: skip
+    bin_response(record, binning)
 
 
 def search_and_fit(run):

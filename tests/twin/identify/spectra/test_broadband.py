@@ -8,7 +8,7 @@ from scipy import signal
 
 from recordings.run import Channel, DeviceSamples, Run, Step, StepState
 from twin.identify.spectra import spectrum
-from twin.identify.spectra.broadband import bin_response, find_resonances, hidden_resonances
+from twin.identify.spectra.broadband import Binning, bin_response, find_resonances, hidden_resonances
 from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records, h1
 
 RATE, SECONDS, BAND = 1024.0, 30.0, (5.0, 300.0)
@@ -72,10 +72,11 @@ NEAR = TwoModes((26.4 * (1 + 1e-4), 157 * (1 - 1e-4)), (0.00408, 0.00294))
 
 
 def binned(record, reference=NEAR, band=(8.0, 250.0)):
-    return bin_response(
-        record, force="force", channels=CHANNELS, reference=reference.response, poles=reference.poles,
+    binning = Binning(
+        force="force", channels=CHANNELS, reference=reference.response, poles=reference.poles,
         resonances_Hz=np.array([*TRUE.frequency_Hz, *reference.frequency_Hz]), band_Hz=np.array(band),
     )  # fmt: skip
+    return bin_response(record, binning)
 
 
 def pulls(data):
