@@ -15,9 +15,9 @@ from scipy.linalg import solve_banded
 from benchmarks.equivalent_linear import in_bands
 from benchmarks.measured import Measured, timed_in_turns
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.harmonic_balance.joint_law import LayerLaw, choose_knots
 from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
+from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots
 from twin.identify.residuals.linearisation import Linearisation
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import Whitening

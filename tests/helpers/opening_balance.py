@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from twin.identify.harmonic_balance.joint_law import LayerLaw
-from twin.identify.harmonic_balance.opening_harmonics import (
+from twin.identify.limits import LIMITS
+from twin.identify.model_modification import Opening
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.nonlinear.opening_harmonics import (
     SAMPLES,
     SHORTEST,
     TURNS,
@@ -17,8 +19,6 @@ from twin.identify.harmonic_balance.opening_harmonics import (
     Openings,
     _odd_force,
 )
-from twin.identify.limits import LIMITS
-from twin.identify.model_modification import Opening
 
 __all__ = ["balance_openings_numpy"]
 

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
-from twin.identify.harmonic_balance.balance import Added, Balance
-from twin.identify.harmonic_balance.joint_law import LayerLaw, choose_knots, spacing, spline_basis
-from twin.identify.harmonic_balance.opening_harmonics import balance_openings
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import LARGEST_STEP, base_bounds
 from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.measured_data import MeasuredData
+from twin.identify.nonlinear.balance import Added, Balance
+from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots, spacing, spline_basis
+from twin.identify.nonlinear.opening_harmonics import balance_openings
 from twin.identify.residuals.error_model import ErrorModel, continuation
 from twin.identify.residuals.frequency_model import FrequencyModel, starting_moduli
 from twin.identify.residuals.likelihood import nominal_base, residual_model, sound_errors

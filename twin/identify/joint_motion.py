@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.harmonic_balance.joint_law import LayerLaw
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
+from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.residuals.residual_model import ResidualModel
 
 

@@ -280,6 +280,7 @@ def gather_data(
     reference = reference_output(model)
     changing = still_changing(states, [outputs[reference].channel], force=force)
     settled = [state for state, moves in zip(states, changing, strict=True) if not moves]
+    asked_for = sum(one.step.frequency_Hz > 0 for run in runs for sweep in sweeps(run) for one in sweep.stretches)
     return MeasuredData(
         rig=rig,
         preload=preload,
@@ -294,7 +295,7 @@ def gather_data(
         unsettled=tuple(state for state, moves in zip(states, changing, strict=True) if moves),
         linear=fit,
         runs=tuple(runs),
-        dropped=sum(_measured_sines(run) for run in runs) - len(states),
+        dropped=asked_for - len(states),
     )
 
 
@@ -362,10 +363,6 @@ def _clock_error(states: list[SteadyState], force: str) -> float:
     weight = np.array([1 / state.drift_std[force] ** 2 for state in states])
     angle = np.array([state.omega * state.duration_s for state in states])
     return float(np.sum(weight * turn * angle) / np.sum(weight * angle**2)) if states else 0.0
-
-
-def _measured_sines(run: Run) -> int:
-    return sum(stretch.step.frequency_Hz > 0 for sweep in sweeps(run) for stretch in sweep.stretches)
 
 
 def _arrays(states: list[SteadyState], force: str, outputs: tuple[Output, ...], reference: int) -> StepArrays:

@@ -12,9 +12,9 @@ from scipy.linalg import eigh
 
 from recordings.run import Run, Step, StepState
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.harmonic_balance.joint_law import LayerLaw
 from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
+from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.rigs import load_rig
 from twin.structure import Structure, assemble

@@ -12,11 +12,11 @@ from twin.identify import base_fit
 from twin.identify.base_fit import fit_base, law_from_steps
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward import forward_model
-from twin.identify.harmonic_balance.joint_law import LayerLaw
-from twin.identify.harmonic_balance.opening_harmonics import balance_openings
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.nonlinear.opening_harmonics import balance_openings
 from twin.identify.residuals.error_model import SOUND
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.joint import Saturating

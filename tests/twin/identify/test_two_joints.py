@@ -9,9 +9,9 @@ from twin.identify.base_fit import fit_base
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward import forward_model
 from twin.identify.forward.predict import RigResponse, blank_data
-from twin.identify.harmonic_balance.joint_law import LayerLaw
 from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
 from twin.identify.model_modification import ModelModification
+from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.updated_rig import updated_rig
 from twin.rigs import load_rig

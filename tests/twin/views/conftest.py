@@ -20,10 +20,10 @@ from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modificatio
 from twin.diagnose.models import CAUSES
 from twin.diagnose.selection.search import Search
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.harmonic_balance.joint_law import LayerLaw
 from twin.identify.identified import identify_rig
 from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
+from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.identify.spectra.sine_fit import SteadyState
 from twin.lab.identified_joint import IdentifiedJoint

@@ -13,8 +13,8 @@ from twin.diagnose.answer.result import Diagnosis, Estimate
 from twin.diagnose.fitted_model import CauseHypothesis, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.harmonic_balance.joint_law import LayerLaw
 from twin.identify.measured_data import MeasuredData
+from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.structure import drawn_parts
 from twin.views.curves import (

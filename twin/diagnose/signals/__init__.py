@@ -14,17 +14,6 @@ from twin.diagnose.signals.sidebands import Sidebands, find_sidebands
 from twin.diagnose.signals.unsettled import find_unsettled
 from twin.identify.spectra.sine_fit import Line
 
-__all__ = [
-    "Finding",
-    "Sidebands",
-    "as_known",
-    "find_sidebands",
-    "find_unsettled",
-    "foreign_lines",
-    "inspect_signals",
-    "mended",
-]
-
 
 def inspect_signals(runs: Sequence[Run]) -> list[Finding]:
     """Everything that the samples show by themselves; dwells are judged after the sines are fitted."""

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from twin.identify.harmonic_balance.joint_law import LayerLaw
-from twin.identify.harmonic_balance.local_forces import LocalForces, Surroundings
-from twin.identify.harmonic_balance.opening_harmonics import Openings, balance_openings
 from twin.identify.limits import LIMITS
 from twin.identify.linear.receptance import ModalBasis
 from twin.identify.linear.structural_modification import PortPairs, update_receptance
 from twin.identify.model_modification import NonlinearForce
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.nonlinear.local_forces import LocalForces, Surroundings
+from twin.identify.nonlinear.opening_harmonics import Openings, balance_openings
 from twin.identify.slipping import slipping_harmonics
 
 

@@ -15,9 +15,13 @@ from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward.linear_forward_model import LinearForwardModel
 from twin.identify.forward.shaker_impedance import drive_stiffness
-from twin.identify.harmonic_balance.balance import Added, Balance, log_amplitudes
-from twin.identify.harmonic_balance.local_forces import LocalForces, Surroundings
-from twin.identify.harmonic_balance.opening_harmonics import (
+from twin.identify.limits import LIMITS
+from twin.identify.linear.structural_modification import attach, update_receptance
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification, NoiseMotion
+from twin.identify.nonlinear.balance import Added, Balance, log_amplitudes
+from twin.identify.nonlinear.local_forces import LocalForces, Surroundings
+from twin.identify.nonlinear.opening_harmonics import (
     OpeningBalance,
     Openings,
     at_harmonic,
@@ -26,10 +30,6 @@ from twin.identify.harmonic_balance.opening_harmonics import (
     has_harmonics,
     loss_among_harmonics,
 )
-from twin.identify.limits import LIMITS
-from twin.identify.linear.structural_modification import attach, update_receptance
-from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification, NoiseMotion
 from twin.identify.slipping import RIPPLES
 from twin.identify.spectra.broadband import BinnedResponse
 

@@ -15,10 +15,13 @@ import numpy as np
 from twin.arrays import Array
 from twin.identify.forward.forward_model import ForwardModel
 from twin.identify.forward.shaker_impedance import drive_stiffness
-from twin.identify.harmonic_balance.balance import Added
-from twin.identify.harmonic_balance.joint_law import LayerLaw
-from twin.identify.harmonic_balance.local_forces import LocalForces, Surroundings
-from twin.identify.harmonic_balance.opening_harmonics import (
+from twin.identify.limits import LIMITS
+from twin.identify.linear.linear_model import LinearParameters
+from twin.identify.linear.structural_modification import update_receptance
+from twin.identify.nonlinear.balance import Added
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.nonlinear.local_forces import LocalForces, Surroundings
+from twin.identify.nonlinear.opening_harmonics import (
     Openings,
     at_harmonic,
     balance_openings,
@@ -26,9 +29,6 @@ from twin.identify.harmonic_balance.opening_harmonics import (
     has_harmonics,
     loss_among_harmonics,
 )
-from twin.identify.limits import LIMITS
-from twin.identify.linear.linear_model import LinearParameters
-from twin.identify.linear.structural_modification import update_receptance
 from twin.identify.slipping import RIPPLES
 
 __all__ = ["HeldRig", "HeldStates"]

@@ -16,10 +16,10 @@ from twin.arrays import Array
 from twin.identify.backbones.modal_prediction import ModalResponse
 from twin.identify.forward.forward_model import ForwardModel
 from twin.identify.forward.held_response import HeldRig
-from twin.identify.harmonic_balance.joint_law import LayerLaw
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import MeasuredData, no_steps, reference_output
+from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.rigs import LawTable, LayerLawTable, Rig
 from twin.structure.law_table import layer_table
 from twin.structure.point_law import Curve

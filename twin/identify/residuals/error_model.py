@@ -51,7 +51,7 @@ class ErrorModel:
         shared by many bins and would else count as many independent witnesses for wrong moduli.
     roughness : tuple of float
         Prior of how a joint's softening and how its loss bends, see
-        :func:`twin.identify.harmonic_balance.joint_law.curve_precision`.
+        :func:`twin.identify.nonlinear.joint_law.curve_precision`.
     """
 
     steps: Discrepancy

@@ -26,15 +26,6 @@ from twin.identify.residuals.whitening import Whitening
 from twin.structure import Structure
 from twin.structure.modes import bending_modes
 
-__all__ = [
-    "FrequencyCovariances",
-    "FrequencyModel",
-    "check_modes",
-    "mass_and_spring",
-    "sound_errors",
-    "starting_moduli",
-]
-
 Array = NDArray[np.float64]
 
 PROBE = 2 * np.pi * np.array([0.0, 50.0, 100.0])

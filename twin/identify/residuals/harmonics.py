@@ -4,10 +4,10 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.harmonic_balance.opening_harmonics import at_harmonic
 from twin.identify.limits import LIMITS
 from twin.identify.linear.structural_modification import update_receptance
 from twin.identify.measured_data import HARMONICS
+from twin.identify.nonlinear.opening_harmonics import at_harmonic
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals, Whitening
 

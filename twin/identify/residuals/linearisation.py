@@ -8,8 +8,8 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.harmonic_balance.balance import Balance
-from twin.identify.harmonic_balance.opening_harmonics import OpeningBalance, Openings
+from twin.identify.nonlinear.balance import Balance
+from twin.identify.nonlinear.opening_harmonics import OpeningBalance, Openings
 from twin.identify.residuals.error_model import ErrorSources
 from twin.identify.residuals.whitening import Whitening
 

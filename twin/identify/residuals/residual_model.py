@@ -13,15 +13,15 @@ import numpy as np
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward.forward_model import AtHarmonic, ForwardModel
-from twin.identify.harmonic_balance.balance import Balance
-from twin.identify.harmonic_balance.joint_law import curve_precision
-from twin.identify.harmonic_balance.local_forces import Influence
-from twin.identify.harmonic_balance.opening_harmonics import balance_openings, stiffness_sensitivity
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import base_prior
 from twin.identify.linear.linear_model import LinearModel, nominal_parameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
+from twin.identify.nonlinear.balance import Balance
+from twin.identify.nonlinear.joint_law import curve_precision
+from twin.identify.nonlinear.local_forces import Influence
+from twin.identify.nonlinear.opening_harmonics import balance_openings, stiffness_sensitivity
 from twin.identify.residuals.error_model import SOUND, Covariances, ErrorModel
 from twin.identify.residuals.linearisation import Linearisation, LostContact, with_more
 from twin.identify.residuals.prediction import Prediction

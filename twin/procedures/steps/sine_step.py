@@ -26,11 +26,8 @@ def run_sine_step(session: Session, step: SineStep, *, sample_rate_Hz: float) ->
         session, step, series, wait=wait, settle_s=(measure_ns - holds_ns) * 1e-9, measure_s=count / sample_rate_Hz
     )
     if abs(result.amplitude_error) > step.tolerance:
-        session.note("not-held", _not_held(session, result), source=result.target_channel)
+        told = f"{result.amplitude:.4g} instead of {result.target_amplitude:.4g} at {result.frequency_Hz:g} Hz"
+        told += f"; the generator is at its limit of {session.voltage_V:g} V" if session.saturated else ""
+        session.note("not-held", told, source=result.target_channel)
     session.finish_step(result, end_ns)
     return result
-
-
-def _not_held(session: Session, result: StepResult) -> str:
-    text = f"{result.amplitude:.4g} instead of {result.target_amplitude:.4g} at {result.frequency_Hz:g} Hz"
-    return text + (f"; the generator is at its limit of {session.voltage_V:g} V" if session.saturated else "")

@@ -15,10 +15,10 @@ from twin.diagnose.models import CAUSES
 from twin.diagnose.selection import score_test
 from twin.diagnose.selection.score_test import score_causes
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.harmonic_balance.joint_law import LayerLaw, choose_knots
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import gather_data
 from twin.identify.model_modification import ModelModification
+from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots
 from twin.identify.residuals import error_model
 from twin.identify.residuals.error_model import SOUND
 from twin.identify.residuals.likelihood import residual_model

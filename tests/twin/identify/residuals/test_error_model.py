@@ -10,9 +10,9 @@ from scipy.stats import chi2, norm
 
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward import forward_model
-from twin.identify.harmonic_balance.joint_law import LayerLaw
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import nominal_parameters
+from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.residuals.error_model import SOUND, SPREAD, Discrepancy, continuation, log_prior
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.rigs import load_rig

@@ -7,10 +7,10 @@ import pytest
 
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward import forward_model
-from twin.identify.harmonic_balance import local_forces
-from twin.identify.harmonic_balance.joint_law import LayerLaw
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.model_modification import Attachment, ModelModification, NonlinearForce
+from twin.identify.nonlinear import local_forces
+from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.residuals.error_model import SOUND
 from twin.identify.residuals.harmonics import harmonic_residuals
 from twin.identify.residuals.residual_model import ResidualModel

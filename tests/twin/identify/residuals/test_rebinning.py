@@ -13,10 +13,10 @@ from twin.demo import BROADBAND, broadband
 from twin.diagnose.fitted_model import CauseHypothesis, fit_model, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.harmonic_balance.joint_law import LayerLaw
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import gather_data
 from twin.identify.model_modification import ModelModification
+from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.residuals.rebinning import rebinned
 from twin.procedures import DirectAcquisition, run_procedure
 from twin.rigs import Effect, load_rig

@@ -7,9 +7,9 @@ import pytest
 
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward.shaker_impedance import drive_stiffness
-from twin.identify.harmonic_balance.joint_law import LayerLaw
-from twin.identify.harmonic_balance.opening_harmonics import balance_openings
 from twin.identify.linear.linear_model import nominal_parameters
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.nonlinear.opening_harmonics import balance_openings
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.joint import Saturating
 from twin.rigs import load_rig

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from twin.identify.harmonic_balance.balance_kernel import settle, turn
-from twin.identify.harmonic_balance.joint_law import LayerLaw, packed_laws, spline_basis
+from twin.identify.nonlinear.balance_kernel import settle, turn
+from twin.identify.nonlinear.joint_law import LayerLaw, packed_laws, spline_basis
 
 STEPS, POINTS = 40, 3
 KNOTS = np.geomspace(1e-8, 1e-5, 15)

@@ -11,12 +11,12 @@ import pytest
 
 from twin.bench import open_bench
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.harmonic_balance import opening_harmonics
-from twin.identify.harmonic_balance.joint_law import LayerLaw
-from twin.identify.harmonic_balance.opening_harmonics import balance_openings
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.model_modification import ModelModification, Opening
+from twin.identify.nonlinear import opening_harmonics
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.nonlinear.opening_harmonics import balance_openings
 from twin.identify.residuals.harmonics import harmonic_residuals
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.response import HarmonicBalance

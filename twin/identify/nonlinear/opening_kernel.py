@@ -25,7 +25,7 @@ def balance(
     Parameters
     ----------
     fundamental, secant, weight, compliance, driven, modulus, orders
-        As in :class:`twin.identify.harmonic_balance.opening_harmonics.Openings`; order zero, if any, comes first.
+        As in :class:`twin.identify.nonlinear.opening_harmonics.Openings`; order zero, if any, comes first.
     cosines, sines : ndarray, (n, t)
         Of n theta at a period's samples, up to twice the highest order.
     table : ndarray, (p, 3, g)
@@ -33,7 +33,7 @@ def balance(
     slap : ndarray, (p, 3)
         Share of the stiffness that is lost beyond the gap, where the joint opens; the gap; the force at the gap.
     force, more, unsettled : ndarray, (s, h, p), (s, p), (s,)
-        Filled: see :class:`twin.identify.harmonic_balance.opening_harmonics.OpeningBalance`.
+        Filled: see :class:`twin.identify.nonlinear.opening_harmonics.OpeningBalance`.
     turns, balanced, shortest
         Most Newton steps, the size of one that ends them, and the share that is taken though it comes no nearer.
     """

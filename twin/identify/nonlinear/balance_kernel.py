@@ -26,13 +26,13 @@ def turn(
     Parameters
     ----------
     opening, slip : ndarray, (p, 4 + 2, i)
-        Softening and loss at each point as cubics, see :func:`twin.identify.harmonic_balance.joint_law.packed_laws`.
+        Softening and loss at each point as cubics, see :func:`twin.identify.nonlinear.joint_law.packed_laws`.
     weights : ndarray, (s, 2 p)
         Of the layers' points.
     among, driven, reference, to_reference, amplitude
-        As in :class:`twin.identify.harmonic_balance.local_forces.Surroundings`.
+        As in :class:`twin.identify.nonlinear.local_forces.Surroundings`.
     more, more_growth, more_at : ndarray, (s, n), (s, p, p), (s, p)
-        As in :class:`twin.identify.harmonic_balance.local_forces.Added`.
+        As in :class:`twin.identify.nonlinear.local_forces.Added`.
     own, growth : ndarray, (s, n - 2 p)
         Stiffness of the nonlinear forces at these amplitudes, and its derivative by their logarithms.
     log_a : ndarray, (s, n)

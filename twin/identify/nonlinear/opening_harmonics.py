@@ -26,21 +26,10 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from twin.arrays import Array
-from twin.identify.harmonic_balance.joint_law import LayerLaw, spline_basis
-from twin.identify.harmonic_balance.opening_kernel import balance, by_softening, force_at, growth
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import Opening
-
-__all__ = [
-    "OpeningBalance",
-    "Openings",
-    "at_harmonic",
-    "balance_openings",
-    "growth_of_more",
-    "has_harmonics",
-    "loss_among_harmonics",
-    "stiffness_sensitivity",
-]
+from twin.identify.nonlinear.joint_law import LayerLaw, spline_basis
+from twin.identify.nonlinear.opening_kernel import balance, by_softening, force_at, growth
 
 SAMPLES = 64
 """Of a period."""

@@ -8,18 +8,18 @@ from opening_balance import balance_openings_numpy
 from scipy.optimize import root
 
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.harmonic_balance import opening_harmonics
-from twin.identify.harmonic_balance.joint_law import LayerLaw
-from twin.identify.harmonic_balance.opening_harmonics import (
+from twin.identify.limits import LIMITS
+from twin.identify.linear.linear_model import nominal_parameters
+from twin.identify.model_modification import ModelModification, Opening
+from twin.identify.nonlinear import opening_harmonics
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.nonlinear.opening_harmonics import (
     Openings,
     balance_openings,
     growth_of_more,
     loss_among_harmonics,
     stiffness_sensitivity,
 )
-from twin.identify.limits import LIMITS
-from twin.identify.linear.linear_model import nominal_parameters
-from twin.identify.model_modification import ModelModification, Opening
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.joint import RunningLoss, Saturating
 from twin.response.aft import running

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from twin.identify.harmonic_balance.balance import Added
-from twin.identify.harmonic_balance.joint_law import LayerLaw
-from twin.identify.harmonic_balance.local_forces import Influence, LocalForces, Surroundings
 from twin.identify.model_modification import NonlinearForce
+from twin.identify.nonlinear.balance import Added
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.nonlinear.local_forces import Influence, LocalForces, Surroundings
 from twin.identify.slipping import Slider
 
 M, K = np.diag([1.0, 0.5, 0.2]), np.array([[900.0, -300.0, 0.0], [-300.0, 500.0, -200.0], [0.0, -200.0, 260.0]])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.identify.harmonic_balance.joint_law import LayerLaw, choose_knots, curve_precision, packed_laws, spline_basis
+from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots, curve_precision, packed_laws, spline_basis
 from twin.joint import Saturating
 
 KNOTS = np.geomspace(5e-8, 8e-6, 20)

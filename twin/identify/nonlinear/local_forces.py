@@ -21,11 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import Array
-from twin.identify.harmonic_balance.balance import Added, Balance, log_amplitudes
-from twin.identify.harmonic_balance.balance_kernel import settle, turn
-from twin.identify.harmonic_balance.joint_law import LayerLaw, packed_laws
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import NoiseMotion, NonlinearForce
+from twin.identify.nonlinear.balance import Added, Balance, log_amplitudes
+from twin.identify.nonlinear.balance_kernel import settle, turn
+from twin.identify.nonlinear.joint_law import LayerLaw, packed_laws
 from twin.identify.slipping import RIPPLES, Slider, common_spring
 
 TURNS, SETTLED = 15, 1e-9
