@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from recordings.container.stored import with_samples
 from recordings.run import Run
-from recordings.stored import with_samples
 from twin.cause_registry import FINDINGS
 from twin.diagnose.signals.clock import as_known, with_clock
 from twin.diagnose.signals.finding import Finding

@@ -12,14 +12,14 @@ from typing import BinaryIO, Literal
 
 from mcap import records as mcap
 
-from recordings.chunks import chunk_data, chunk_records
+from recordings.container.chunks import chunk_data, chunk_records
+from recordings.container.messages import decode_block, decode_event, decode_indicator, decode_step
+from recordings.container.metadata import CHANNEL_PREFIX, RUN, parse_channel, parse_run
+from recordings.container.records import Located, summary_descriptions
+from recordings.container.scan import Damage, scan
+from recordings.container.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, schema_problem
 from recordings.limits import Limits
-from recordings.messages import decode_block, decode_event, decode_indicator, decode_step
-from recordings.metadata import CHANNEL_PREFIX, RUN, parse_channel, parse_run
-from recordings.records import Located, summary_descriptions
 from recordings.run import Channel, Event, Indicator, SampleBlock, Step
-from recordings.scan import Damage, scan
-from recordings.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, schema_problem
 
 __all__ = ["AttachmentItem", "Interpreter", "MessageItem", "MetadataItem", "Problem"]
 

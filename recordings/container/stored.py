@@ -16,11 +16,11 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import NDArray
 
-from recordings.chunks import chunk_data, message_at
+from recordings.container.chunks import chunk_data, message_at
+from recordings.container.messages import Layout, decode_series
+from recordings.container.records import CHUNK_HEAD_BYTES, HEAD, chunk_head
 from recordings.errors import InputError
 from recordings.limits import Limits
-from recordings.messages import Layout, decode_series
-from recordings.records import CHUNK_HEAD_BYTES, HEAD, chunk_head
 from recordings.run import Samples
 
 __all__ = ["BlockStore", "Blocks", "Loader", "StoredSamples", "with_samples"]

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.container.stored import Blocks, Loader, Series, StoredSamples
 from recordings.limits import Limits
 from recordings.run import DeviceSamples, Event, Gap, SampleBlock
-from recordings.stored import Blocks, Loader, Series, StoredSamples
 
 __all__ = ["Assembler"]
 

@@ -15,8 +15,8 @@ import numpy as np
 from google.protobuf.message import DecodeError
 from numpy.typing import NDArray
 
+from recordings.container.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, message_class
 from recordings.run import Event, Indicator, SampleBlock, Step, StepState
-from recordings.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, message_class
 
 __all__ = [
     "Layout", "decode_block", "decode_event", "decode_indicator", "decode_series", "decode_step",

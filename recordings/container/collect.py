@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from recordings.assemble import Assembler
-from recordings.interpret import Item, MessageItem, MetadataItem, Problem
+from recordings.container.assemble import Assembler
+from recordings.container.interpret import Item, MessageItem, MetadataItem, Problem
+from recordings.container.metadata import RUN
+from recordings.container.stored import Loader
 from recordings.limits import Limits
-from recordings.metadata import RUN
 from recordings.run import Channel, Event, Indicator, SampleBlock, Step
-from recordings.stored import Loader
 
 __all__ = ["Collector"]
 

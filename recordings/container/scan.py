@@ -15,8 +15,8 @@ from typing import BinaryIO
 from mcap import records as mcap
 from mcap.data_stream import RecordBuilder
 
+from recordings.container.records import CHUNK, FOOTER, HEAD, MAGIC, Located, chunk_head, plausible_head, record_at
 from recordings.limits import Limits
-from recordings.records import CHUNK, FOOTER, HEAD, MAGIC, Located, chunk_head, plausible_head, record_at
 
 __all__ = ["Damage", "scan"]
 
