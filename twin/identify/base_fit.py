@@ -157,31 +157,33 @@ def fit_base(
     evidence: MeasuredData,
     *,
     start: BaselineParameters | None = None,
+    errors: ErrorModel | None = None,
     tolerance: float = LIMITS.base_fit_tolerance,
     held_at_zero: Sequence[int] = (),
 ) -> BaseFit:
-    """Fit base parameters and law, through model errors from large ones down to sound rigs'.
+    """Fit base parameters and law, through model errors from large ones down to `errors`.
 
     Parameters
     ----------
     start
         Where to begin; read off the evidence by default.
+    errors
+        Those of sound rigs by default.
     tolerance
         Of the last fit, as :data:`LIMITS.base_fit_tolerance`.
     held_at_zero
         Places in the unknowns' vector that are not free.
     """
     fits = [
-        _fitted_from(evidence, begun, tolerance, np.asarray(held_at_zero, int))
+        _fitted_from(evidence, begun, errors or sound_errors(evidence), tolerance, np.asarray(held_at_zero, int))
         for begun in ([start] if start else _starting_baselines(evidence))
     ]
     return min(fits, key=lambda fit: fit.solution.cost)
 
 
 def _fitted_from(
-    evidence: MeasuredData, baseline: BaselineParameters, tolerance: float, held: NDArray[np.int64]
+    evidence: MeasuredData, baseline: BaselineParameters, errors: ErrorModel, tolerance: float, held: NDArray[np.int64]
 ) -> BaseFit:
-    errors = sound_errors(evidence)
     if len(held):
         vector = baseline.vector
         vector[held] = 0.0
