@@ -8,8 +8,8 @@ from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
 from twin.commands.common.options import FILE, causes_option, json_option, laws_option, overwrite_option
 from twin.commands.common.output import print_json, say, tell_assumed, working
-from twin.commands.rig_export import command as export_command
-from twin.commands.rig_import import command as import_command
+from twin.commands.rig.export import command as export_command
+from twin.commands.rig.from_matrices import command as import_command
 
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
 
