@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 from scipy.linalg import eigh
 
 from recordings.run import Run, Step, StepState
@@ -53,7 +54,7 @@ class DenseRig:
             K=K0 + base.E * (1 + 1j * base.loss_E) * KE + base.G * (1 + 1j * base.loss_G) * KG,
             damped_by=K0 + nominal.normal_modulus * KE + nominal.shear_modulus * KG,
             zeta=tuple(base.zeta),
-            drive=structure.deflection(RIG.drive.position),
+            drive=deflection(structure, RIG.drive.position),
             rows=np.array([structure.row(output.place) for output in OUTPUTS]),
         )
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 from drawn_frames import CLAMP, SHAKER, beam, drawn, read
 
 from recordings import InputError, read_run
@@ -68,7 +69,7 @@ def dense_response(rig, drive, omega):
     shapes = s.M @ modes.Phi
     C = shapes @ np.diag(2 * 0.01 * modes.omega) @ shapes.T
     rows = np.array([s.row(rig.place_of(name)) for name in ("acc1", "acc2")])
-    load = {"+y": 1, "-y": -1}[DIRECTIONS[drive]] * s.deflection(AT[drive])
+    load = {"+y": 1, "-y": -1}[DIRECTIONS[drive]] * deflection(s, AT[drive])
     return np.array([-(w**2) * rows @ np.linalg.solve(s.K0 + 1j * w * C - w**2 * s.M, load) for w in omega])
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 
 from recordings import read_run
 from recordings.errors import InputError
@@ -126,7 +127,7 @@ def test_another_mode_is_swept_as_far_as_its_layer_opens_no_farther_than_was_mea
 def test_two_masses_that_are_one_to_mode_1_are_parted_by_mode_2(learnt, believe):
     """Their modal masses there are the same; about mode 2 the farther one sits near a node."""
     model = learnt[1].model
-    here, there = (model.structure.deflection(x) @ model.basis.Phi[:, 0] for x in (0.30, 0.40))
+    here, there = (deflection(model.structure, x) @ model.basis.Phi[:, 0] for x in (0.30, 0.40))
     near = believe("added-mass", mass_kg=0.004, position_m=0.30)
     far = believe("added-mass", mass_kg=0.004 * float(here / there) ** 2, position_m=0.40)
     found = [p for p in sweeps(propose(*learnt, near, drifting=False)) if p.longer == 1.0]

@@ -166,8 +166,9 @@ def test_causes_act_as_structures_assembled_by_themselves():
     evidence = measured_frequencies([table([26.5, 157.6, 471.8, 895.0], preload="120N")], rig)
     softer = rig.model_copy(update={"upper": rig.upper.model_copy(update={"youngs_modulus": 0.9 * 198e9})})
     (E,), (G,) = evidence.nominal.E, evidence.nominal.G
+    at = rig.layout().place(0.3)
     expected = {
-        "added-mass": ({}, assemble(rig).with_point_mass(0.3, 0.05), {"mass_kg": 0.05, "position_m": 0.3}),
+        "added-mass": ({}, assemble(rig).with_mass_at(at, 0.05), {"mass_kg": 0.05, "position_m": 0.3}),
         "clamp-compliance": (
             {}, assemble(rig, layout=rig.layout().with_yielding_supports(1 / 2e3)), {"rotational_rad_per_Nm": 1 / 2e3},
         ),

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 
 from twin.identify.linear.changed_model import ChangedModels
 from twin.identify.linear.linear_model import build_linear_model
@@ -22,7 +23,7 @@ def models():
 
 
 def test_what_leaves_the_structure_alone_builds_nothing(models, steel_model):
-    mass = Attachment(lambda s: s.deflection(0.3)[None], lambda omega: -0.01 * omega[:, None] ** 2)
+    mass = Attachment(lambda s: deflection(s, 0.3)[None], lambda omega: -0.01 * omega[:, None] ** 2)
     kept = models.model(SOFTER, steel_model.outputs)
     assert models.model(replace(SOFTER, attachments=(mass,), frequency_factor=1.01), steel_model.outputs) is kept
 

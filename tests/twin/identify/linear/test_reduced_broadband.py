@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 
 from twin.identify.linear.linear_fit import reduce_broadband
 from twin.identify.linear.linear_model import nominal_parameters
@@ -18,7 +19,7 @@ def inertance(s, E, G):
     """Responses (f, 2) per newton at given omega, summed mode by mode."""
     modes = normal_modes(s.M, s.stiffness(E, G))
     zeta = np.concatenate([ZETA, np.full(len(modes.omega) - 4, 0.003)])
-    residues = (np.array([s.deflection(0.30), s.deflection(0.42)]) @ modes.Phi) * (s.deflection(0.05) @ modes.Phi)
+    residues = (np.array([deflection(s, 0.30), deflection(s, 0.42)]) @ modes.Phi) * (deflection(s, 0.05) @ modes.Phi)
 
     def response(omega):
         w = np.asarray(omega)[:, None]

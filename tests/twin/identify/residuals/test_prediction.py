@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward import forward_model
@@ -173,10 +174,10 @@ def explained(evidence, baseline, modification):
     )
 
 
-MASS = Attachment(lambda s: s.deflection(0.35)[None], lambda omega: -(omega[:, None] ** 2) * 0.01 + 0j)
+MASS = Attachment(lambda s: deflection(s, 0.35)[None], lambda omega: -(omega[:, None] ** 2) * 0.01 + 0j)
 DELAYED = {"acc1": lambda omega: 1.1 * np.exp(-1e-5j * omega), "force": lambda omega: 1.05 + 0j * omega}
-TIP_SPRING = NonlinearForce(lambda s: s.deflection(0.42), lambda a, omega: 1e8 * 0.75 * a**2 + 0j, None)
-SPRING_ELSEWHERE = NonlinearForce(lambda s: s.deflection(0.30), lambda a, omega: 3e9 * a**2 * (1 + 0.1j), None)
+TIP_SPRING = NonlinearForce(lambda s: deflection(s, 0.42), lambda a, omega: 1e8 * 0.75 * a**2 + 0j, None)
+SPRING_ELSEWHERE = NonlinearForce(lambda s: deflection(s, 0.30), lambda a, omega: 3e9 * a**2 * (1 + 0.1j), None)
 
 
 def slip_row(s):
@@ -281,7 +282,7 @@ def ringing(steel_model, steel_dense, baseline, evidence, swept):
     """The steps with a cubic spring's third harmonic, and a second one that the force itself has; where it was read."""
     steps, place, k = evidence.steps, 0.36, 4e7
     s, points = steel_model.structure, layer_points(steel_model.structure, 3)
-    row, drive = s.deflection(place), s.deflection(0.05)
+    row, drive = deflection(s, place), deflection(s, 0.05)
     out = np.array([s.row(o.place) for o in steel_model.outputs])
     moved = np.abs(swept[3])
     moduli = np.concatenate(
@@ -306,7 +307,7 @@ def ringing(steel_model, steel_dense, baseline, evidence, swept):
         values[:, 0], values[:, 2] = 0.75 * k * a**3, 0.25 * k * a**3
         return values
 
-    spring = NonlinearForce(lambda s: s.deflection(place), lambda a, omega: 0j * a, harmonics)
+    spring = NonlinearForce(lambda s: deflection(s, place), lambda a, omega: 0j * a, harmonics)
     return replace(evidence, steps=replace(steps, response=response)), ModelModification(nonlinear=(spring,))
 
 
