@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from twin.identify.baseline_parameters import LinearParameters
-from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
+from twin.identify.linear.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
 from twin.rigs import load_rig
 
 Array = NDArray[Any]

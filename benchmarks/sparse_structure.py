@@ -7,8 +7,8 @@ from scipy.sparse.linalg import eigsh, splu
 
 from twin.bench import open_bench
 from twin.rigs import BeamPart, Layout, Rig, load_rig
-from twin.structure.beam import beam_mass, beam_stiffness, deflection_shape
-from twin.structure.thin_layer import thin_layer
+from twin.structure.elements.beam import beam_mass, beam_stiffness, deflection_shape
+from twin.structure.elements.thin_layer import thin_layer
 
 Array = NDArray[np.float64]
 

@@ -15,12 +15,12 @@ from scipy.linalg import solve_banded
 from benchmarks.equivalent_linear import in_bands
 from benchmarks.measured import Measured, timed_in_turns
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.joint_law import LayerLaw, choose_knots
-from twin.identify.linear_model import Output, build_linear_model, nominal_parameters
-from twin.identify.linearisation import Linearisation
+from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
-from twin.identify.residual_model import ResidualModel
-from twin.identify.whitening import Whitening
+from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots
+from twin.identify.residuals.linearisation import Linearisation
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.residuals.whitening import Whitening
 from twin.rigs import load_rig
 from twin.structure import layer_points
 

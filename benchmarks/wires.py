@@ -31,8 +31,8 @@ from drivers.virtual import Addresses, VirtualRig
 from drivers.virtual.bus_time import frame_seconds
 from drivers.virtual.tone import Tone
 from recordings import RunWriter, SampleBlock, read_run
-from recordings.messages import encode_block
-from recordings.schema import SAMPLE_BLOCK, schema_data
+from recordings.container.messages import encode_block
+from recordings.container.schema import SAMPLE_BLOCK, schema_data
 
 RATE_Hz = 25600.0
 CHANNELS = ("force", "acc1", "acc2", "acc3")

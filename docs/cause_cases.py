@@ -25,7 +25,7 @@ from recordings import Run, RunWriter
 from twin.bench import HiddenCase, draw_case
 from twin.cause_registry import NAMES
 from twin.demo import BROADBAND, SWEEPS, broadband, planned_sweeps, resonance
-from twin.identify.spectrum import broadband_records, h1
+from twin.identify.spectra.spectrum import broadband_records, h1
 from twin.procedures import DirectAcquisition, Procedure, run_procedure
 from twin.views.curves import stepped_sweeps
 from twin.views.drawing import dressed, legend, panels

@@ -20,7 +20,7 @@ from recordings import read_run
 from twin.campaign import CasePlan, record_case
 from twin.demo import BROADBAND, SWEEPS, planned_sweeps, resonance
 from twin.diagnose import diagnose
-from twin.diagnose.result import Diagnosis
+from twin.diagnose.answer.result import Diagnosis
 from twin.rigs import RIG_FILES, load_rig
 from twin.structure.modelled_rig import modelled_rig
 from twin.views.reports.where import regions_of, where_figure

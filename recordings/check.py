@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings.collect import Collector
+from recordings.container.collect import Collector
+from recordings.container.interpret import Interpreter, MessageItem, Problem
+from recordings.container.records import MAGIC
+from recordings.container.stored import BlockStore
 from recordings.errors import InputError
-from recordings.interpret import Interpreter, MessageItem, Problem
 from recordings.limits import Limits
 from recordings.reader import open_input
-from recordings.records import MAGIC
 from recordings.run import SampleBlock
-from recordings.stored import BlockStore
 
 __all__ = ["ChannelReport", "CheckReport", "check_run"]
 

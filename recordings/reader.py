@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import BinaryIO
 
-from recordings.collect import Collector
+from recordings.container.collect import Collector
+from recordings.container.interpret import Interpreter, MessageItem, Problem
+from recordings.container.stored import BlockStore
 from recordings.errors import InputError
-from recordings.interpret import Interpreter, MessageItem, Problem
 from recordings.limits import Limits
 from recordings.run import Run, SampleBlock
-from recordings.stored import BlockStore
 
 __all__ = ["open_input", "read_run"]
 

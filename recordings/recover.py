@@ -13,16 +13,16 @@ from google.protobuf.unknown_fields import UnknownFieldSet
 from mcap.writer import CompressionType, Writer
 
 from recordings.check import CheckReport, check_run
-from recordings.collect import Collector
+from recordings.container.collect import Collector
+from recordings.container.interpret import AttachmentItem, Interpreter, MessageItem, MetadataItem
+from recordings.container.messages import decode_block, decode_event, decode_step, encode_event
+from recordings.container.metadata import RUN
+from recordings.container.schema import EVENT, SAMPLE_BLOCK, STEP, message_class, schema_data
+from recordings.container.stored import BlockStore
 from recordings.errors import InputError
-from recordings.interpret import AttachmentItem, Interpreter, MessageItem, MetadataItem
 from recordings.limits import Limits
-from recordings.messages import decode_block, decode_event, decode_step, encode_event
-from recordings.metadata import RUN
 from recordings.reader import open_input
 from recordings.run import Event, SampleBlock, Step
-from recordings.schema import EVENT, SAMPLE_BLOCK, STEP, message_class, schema_data
-from recordings.stored import BlockStore
 from recordings.whole import refuse_existing, whole_file
 
 __all__ = ["RecoverReport", "recover"]

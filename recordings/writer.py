@@ -13,13 +13,13 @@ from typing import Literal, Self
 
 from mcap.writer import CompressionType, Writer
 
+from recordings.container.messages import encode_block, encode_event, encode_indicator, encode_step
+from recordings.container.metadata import CHANNEL_PREFIX, RUN, channel_record, parse_channel, parse_run
+from recordings.container.opening import Opening
+from recordings.container.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, schema_data
+from recordings.container.uninterrupted import UNINTERRUPTED
 from recordings.errors import InputError
-from recordings.messages import encode_block, encode_event, encode_indicator, encode_step
-from recordings.metadata import CHANNEL_PREFIX, RUN, channel_record, parse_channel, parse_run
-from recordings.opening import Opening
 from recordings.run import Channel, Event, Indicator, SampleBlock, Step
-from recordings.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, schema_data
-from recordings.uninterrupted import UNINTERRUPTED
 
 __all__ = ["RunWriter"]
 

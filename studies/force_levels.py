@@ -17,13 +17,13 @@ from studies.polynomial_law import PolynomialProblem, fit_polynomials
 from twin.identify.base_fit import fit_base
 from twin.identify.identified import Identified
 from twin.identify.limits import LIMITS
-from twin.identify.linear_model import LinearParameters
+from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import LeftOut, PolynomialFit, Polynomials
-from twin.identify.residual_model import ResidualModel
-from twin.identify.resonances import by_resonance
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.rms import relative_error_percent
-from twin.identify.sweeps import rows_by_sweep
+from twin.identify.spectra.resonances import by_resonance
+from twin.identify.spectra.sweeps import rows_by_sweep
 
 __all__ = ["polynomials_by_level", "predict_left_out", "with_polynomials"]
 

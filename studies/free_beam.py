@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.structure.beam import beam_stiffness, deflection_shape
-from twin.structure.timoshenko import timoshenko_mass
+from twin.structure.elements.beam import beam_stiffness, deflection_shape
+from twin.structure.elements.timoshenko import timoshenko_mass
 
 Matrix = NDArray[np.float64]
 BENDING = np.ix_([1, 2, 4, 5], [1, 2, 4, 5])

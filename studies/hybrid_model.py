@@ -69,5 +69,5 @@ def hybrid_model(rig: LapJointRig, *, overlap_m: float, shear_ratio: float = 0.0
         "bolt_mass": one.lower.length - overlap_m / 2,
         "drive_mass": rig.drive.position,
     }
-    units = {name: a.with_point_mass(place, 1.0).M - a.M for name, place in places.items()}
+    units = {name: a.with_mass_at(a.layout.place(place), 1.0).M - a.M for name, place in places.items()}
     return HybridModel(one, a.M, a.K0 - Kc, Kc, a.joints[0].KE, a.joints[0].KG, units, a.transverse)

@@ -3,7 +3,7 @@
 A joint's law goes by what its layer does.  At resonance the amplitude X of a sensor tells that; beside it the drive
 force and the other modes move the layer too, and at one X it opens and slips by parts in a hundred more above the
 resonance than below.  Scaling X with the square of the frequency leaves parts in a thousand of that
-(:mod:`twin.identify.joint_law`), several standard deviations of a polynomial's coefficients.
+(:mod:`twin.identify.nonlinear.joint_law`), several standard deviations of a polynomial's coefficients.
 """
 
 from __future__ import annotations

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.linear_model import LinearParameters
-from twin.identify.residual_model import ResidualModel
-from twin.identify.structural_modification import update_receptance
+from twin.identify.linear.linear_model import LinearParameters
+from twin.identify.linear.structural_modification import update_receptance
+from twin.identify.residuals.residual_model import ResidualModel
 
 __all__ = ["LayerResponse", "layer_response"]
 

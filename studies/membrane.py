@@ -16,11 +16,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.structure.beam import gauss
+from twin.structure.elements.beam import gauss
+from twin.structure.elements.thin_layer import ThinLayerElement, thin_layer
 from twin.structure.joint_operators import of_beams
 from twin.structure.mesh import BeamMesh, mesh_layers
 from twin.structure.structure import Structure
-from twin.structure.thin_layer import ThinLayerElement, thin_layer
 
 Matrix = NDArray[np.float64]
 POINTS = 3

@@ -8,7 +8,7 @@ they may be wrong by counts as noise (:mod:`studies.uncertain_base`), and so doe
 is wrong by anyway, which near a steep flank is many times the sensors' noise.  X is scaled by (omega / omega_1)^2, for
 the joint's load follows the inertia outboard of it, and by what the layer itself does at each step
 (:mod:`studies.layer_motion`).  Such a law holds about one resonance; what holds in all is in
-:mod:`twin.identify.joint_law`.
+:mod:`twin.identify.nonlinear.joint_law`.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from numpy.typing import NDArray
 from studies.layer_motion import LayerMotion, layer_motion
 from studies.layer_response import LayerResponse, layer_response
 from studies.uncertain_base import UncertainBase
-from twin.identify.joint_law import spline_basis
 from twin.identify.l_curve import LCurve, decompose
-from twin.identify.linear_model import LinearParameters
+from twin.identify.linear.linear_model import LinearParameters
+from twin.identify.nonlinear.joint_law import spline_basis
 from twin.identify.polynomials import Iteration, PolynomialFit
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.rms import relative_error_percent
 
 __all__ = ["LARGEST_ORDER", "PolynomialProblem", "fit_polynomials"]

@@ -6,10 +6,10 @@ from scipy.sparse import csr_array
 
 from studies.shear_derivatives import timoshenko_mass_derivative, timoshenko_stiffness_derivative
 from twin.structure.assembly import chain
-from twin.structure.beam import beam_mass, beam_stiffness
+from twin.structure.elements.beam import beam_mass, beam_stiffness
+from twin.structure.elements.timoshenko import timoshenko_mass
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
-from twin.structure.timoshenko import timoshenko_mass
 
 Matrix = NDArray[np.float64]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,16 @@ def test_every_folder_of_twin_has_a_contract():
     contracts = (ROOT / ".ci" / "layers.toml").read_text(encoding="utf-8")
     folders = {path.parent.name for path in (ROOT / "twin").glob("*/__init__.py")} - {"commands"}
     assert [name for name in sorted(folders) if f'protected_modules = ["twin.{name}"]' not in contracts] == []
+
+
+@pytest.mark.parametrize("package", ["recordings", "drivers", "twin", "studies", "benchmarks"])
+def test_a_folder_and_a_file_are_seen_at_a_glance(package):
+    """A folder that grows beyond that is several nouns, a file several ideas."""
+    files = sorted((ROOT / package).rglob("*.py"))
+    many = Counter(path.parent.relative_to(ROOT).as_posix() for path in files)
+    assert {folder: count for folder, count in many.items() if count > 25} == {}
+    long = [path.name for path in files if len(path.read_text(encoding="utf-8").splitlines()) > 400]
+    assert long == []
 
 
 OF_A_CAUSE = {

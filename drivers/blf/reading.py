@@ -28,7 +28,7 @@ from drivers.can_protocol import (
     Status,
     TimeSync,
 )
-from recordings.assemble import Assembler
+from recordings.container.assemble import Assembler
 from recordings.convert.blocks import add_rows
 from recordings.errors import InputError
 from recordings.limits import Limits

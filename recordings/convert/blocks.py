@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.assemble import Assembler
+from recordings.container.assemble import Assembler
 from recordings.limits import Limits
 from recordings.run import DeviceSamples, SampleBlock
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from recordings.metadata import channel_record, parse_channel, parse_run
+from recordings.container.metadata import channel_record, parse_channel, parse_run
 from recordings.run import Channel, DeviceSamples, Event, Indicator, Run, Step, StepState
 
 __all__ = ["Description", "describe", "parse_description"]

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.container.metadata import parse_channel
 from recordings.convert.blocks import device_from_rows, to_float32
 from recordings.errors import InputError
-from recordings.metadata import parse_channel
 from recordings.quantities import known_quantities, quantity_of_unit
 from recordings.run import Channel, DeviceSamples, Run
 

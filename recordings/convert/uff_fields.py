@@ -8,8 +8,8 @@ from datetime import UTC, datetime
 from typing import Any
 from urllib.parse import quote, unquote
 
+from recordings.container.metadata import channel_record, parse_channel
 from recordings.directions import axis_number
-from recordings.metadata import channel_record, parse_channel
 from recordings.quantities import known_quantities, quantity, quantity_of_unit
 from recordings.run import Channel
 

@@ -20,7 +20,7 @@ from mcap.reader import make_reader
 from served_apart import served_apart
 
 from drivers.virtual.tone import Tone
-from recordings.messages import decode_block
+from recordings.container.messages import decode_block
 from recordings.run import SampleBlock
 
 CHANNELS = ("force", "acc1", "acc2", "acc3")

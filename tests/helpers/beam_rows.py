@@ -6,12 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.structure import Structure
-from twin.structure.beam import curvature_shape
+from twin.structure.elements.beam import curvature_shape
 from twin.structure.mesh import BeamMesh
 
-__all__ = ["axial", "curvature", "slope"]
+__all__ = ["axial", "curvature", "deflection", "slope"]
 
 Row = NDArray[np.float64]
+
+
+def deflection(structure: Structure, position_m: float) -> Row:
+    """Row with v(position), the displacement across the beam that lies there."""
+    return structure.row(structure.layout.place(position_m))
 
 
 def axial(structure: Structure, position_m: float) -> Row:

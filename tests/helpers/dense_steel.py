@@ -4,11 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 
 from recordings.run import Run, Step, StepState
-from twin.identify.broadband import BinnedResponse
-from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
+from twin.identify.linear.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
+from twin.identify.spectra.broadband import BinnedResponse
 from twin.rigs import load_rig
 from twin.structure import layer_points
 
@@ -43,14 +44,14 @@ class Dense:
     def accelerance(self, omega, base, dE=0.0, dG=0.0, held=0.0):
         """Accelerations (f, o) at the outputs' places for a unit force at the drive."""
         s = self.model.structure
-        x = self.field(s.deflection(0.05)[None], omega, base, dE, dG, held)[:, 0]
+        x = self.field(deflection(s, 0.05)[None], omega, base, dE, dG, held)[:, 0]
         return -(omega[:, None] ** 2) * (x @ np.array([s.row(o.place) for o in self.model.outputs]).T)
 
     def point_receptance(self, omega, base, held):
         """Among drive, the layer's six openings and slips, and the outputs' places, (f, q, q), all without the law."""
         s = self.model.structure
         points = layer_points(s, 3)
-        rows = np.array([s.deflection(0.05), *points.rows, *(s.row(o.place) for o in self.model.outputs)])
+        rows = np.array([deflection(s, 0.05), *points.rows, *(s.row(o.place) for o in self.model.outputs)])
         return self.field(rows, omega, base, held=held) @ rows.T, points.weights
 
     def with_law(self, omega, tip_m, base, law, held=0.0):
@@ -74,7 +75,7 @@ class Dense:
         """The layer's opening and slip (f,) per motion of the last output, over those in the first mode, (2, f)."""
         s = self.model.structure
         tip = s.row(self.model.outputs[-1].place)
-        x = self.field(s.deflection(0.05)[None], omega, base, dE, dG)[:, 0]
+        x = self.field(deflection(s, 0.05)[None], omega, base, dE, dG)[:, 0]
         shares = np.zeros((2, len(omega)))
         for k, w in enumerate(omega):
             K = s.K0 + (base.E[0] + np.broadcast_to(dE, len(omega))[k]) * s.joints[0].KE

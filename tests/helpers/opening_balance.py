@@ -8,10 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from twin.identify.joint_law import LayerLaw
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import Opening
-from twin.identify.opening_harmonics import SAMPLES, SHORTEST, TURNS, OpeningBalance, Openings, _odd_force
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.nonlinear.opening_harmonics import (
+    SAMPLES,
+    SHORTEST,
+    TURNS,
+    OpeningBalance,
+    Openings,
+    _odd_force,
+)
 
 __all__ = ["balance_openings_numpy"]
 
@@ -19,7 +26,7 @@ Array = NDArray[Any]
 
 
 def balance_openings_numpy(law: LayerLaw, openings: Openings, slap: Opening | None = None) -> OpeningBalance:
-    """What :func:`twin.identify.opening_harmonics.balance_openings` returns; all steps turn until the last is done."""
+    """What `balance_openings` of the model returns; here all steps turn until the last is done."""
     a, orders = openings.fundamental, np.array(openings.orders)
     size = np.maximum(np.max(np.abs(a), axis=1), 1e-300)
     theta = 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.receptance import ModalBasis
+from twin.identify.linear.receptance import ModalBasis
 
 Complex = NDArray[Any]
 Real = NDArray[Any]

@@ -56,7 +56,7 @@ def write_run(path: Path, blocks: int = 40, **options: object) -> Path:
     return path
 
 
-# The contract page's messages in protobuf's own text form, typed in apart from recordings.schema.
+# The contract page's messages in protobuf's own text form, typed in apart from recordings.container.schema.
 FOREIGN_PROTO = """
 name: "contract.proto" package: "rig" syntax: "proto3" dependency: "google/protobuf/timestamp.proto"
 message_type { name: "SampleBlock"

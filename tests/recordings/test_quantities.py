@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from recordings import quantities
+from recordings.container.metadata import channel_record, parse_channel
 from recordings.errors import InputError
-from recordings.metadata import channel_record, parse_channel
 from recordings.quantities import (
     QUANTITIES,
     Quantity,

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from recording_builders import CHANNELS, INFO, START_NS, ForeignWriter, RATE_Hz, block_at, step_at, write_run
 
 from recordings import Gap, InputError, Limits, Run, RunWriter, SampleBlock, StepState, read_run, sweeps
-from recordings.assemble import Assembler
+from recordings.container.assemble import Assembler
 from recordings.run import DeviceSamples
 
 FOREIGN = Path(__file__).parents[1] / "data" / "recordings" / "foreign.mcap"

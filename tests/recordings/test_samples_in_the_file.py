@@ -16,10 +16,10 @@ from google.protobuf.internal.encoder import _VarintBytes
 from recording_builders import INFO, block_at, write_run
 
 from recordings import Channel, InputError, Limits, RunWriter, read_run
-from recordings.assemble import Assembler
-from recordings.messages import decode_block, decode_series, encode_block
+from recordings.container.assemble import Assembler
+from recordings.container.messages import decode_block, decode_series, encode_block
+from recordings.container.stored import with_samples
 from recordings.run import pieces
-from recordings.stored import with_samples
 
 FEW = Limits(held_bytes=8192, gap_fill=300)
 """Four blocks are kept, so that nearly all is read again."""

@@ -21,9 +21,9 @@ from recording_builders import CHANNELS, INFO, START_NS, RATE_Hz, block_at, step
 
 from recordings import Channel, Event, Indicator, InputError, RunWriter, SampleBlock, Step, StepState, read_run
 from recordings.check import check_run
-from recordings.messages import encode_block
-from recordings.opening import Opening
-from recordings.schema import SAMPLE_BLOCK, message_class
+from recordings.container.messages import encode_block
+from recordings.container.opening import Opening
+from recordings.container.schema import SAMPLE_BLOCK, message_class
 
 
 def test_stock_reader_decodes_every_message(tmp_path: Path) -> None:

@@ -60,7 +60,8 @@ def test_the_shipped_rig_meets_its_measured_frequencies():
     rig = load_rig("hybrid-joint")
     assert rig.length == pytest.approx(rig.response_sensors[0].position), "the sensor sits at the tip, as stated"
     (bolts,) = rig.effect
-    structure = assemble(rig).with_point_mass(bolts.parameters["position_m"], bolts.parameters["mass_kg"])
+    at = rig.layout().place(bolts.parameters["position_m"])
+    structure = assemble(rig).with_mass_at(at, bolts.parameters["mass_kg"])
     for preload in PRELOADS:
         moduli = rig.joint.preload[preload]
         K = structure.stiffness(moduli.normal_modulus, moduli.shear_modulus)

@@ -7,8 +7,8 @@ import pytest
 
 from studies.layer_motion import layer_motion
 from studies.layer_response import layer_response
-from twin.identify.linear_model import nominal_parameters
-from twin.identify.residual_model import ResidualModel
+from twin.identify.linear.linear_model import nominal_parameters
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 OMEGA = 2 * np.pi * np.array([25.5, 26.2, 26.6, 27.0, 28.0])

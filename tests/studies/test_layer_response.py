@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 
 from studies.layer_response import layer_response
-from twin.identify.linear_model import nominal_parameters
-from twin.identify.predict import blank_data
-from twin.identify.residual_model import ResidualModel
+from twin.identify.forward.predict import blank_data
+from twin.identify.linear.linear_model import nominal_parameters
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 
@@ -41,6 +42,6 @@ def test_responses_are_those_of_the_whole_structure_solved_at_once(layer):
     C = M_Phi @ np.diag(2 * model.basis.zeta * model.basis.omega) @ M_Phi.T
     for i, w in enumerate(layer.omega):
         Z = s.K0 + E * s.joints[0].KE + G * s.joints[0].KG + 1j * w * C - w**2 * s.M
-        x = np.linalg.solve(Z, s.deflection(0.05))
-        expected = [-(w**2) * (s.deflection(place) @ x) for place in (0.30, 0.42)]
+        x = np.linalg.solve(Z, deflection(s, 0.05))
+        expected = [-(w**2) * (deflection(s, place) @ x) for place in (0.30, 0.42)]
         np.testing.assert_allclose(H[i], expected, rtol=1e-6)

@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import chi2
 
 from studies.polynomial_law import PolynomialProblem, fit_polynomials
-from twin.identify.linear_model import nominal_parameters
-from twin.identify.residual_model import ResidualModel
+from twin.identify.linear.linear_model import nominal_parameters
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 SOFTENING, LOSS = np.array([2e6, 5e10, 8e12]), np.array([5e6, 3e10])

@@ -3,7 +3,7 @@
 import pytest
 from short_campaign import record_campaign
 
-from twin.identify.sine_fit import SteadyState
+from twin.identify.spectra.sine_fit import SteadyState
 from twin.rigs import load_rig
 
 

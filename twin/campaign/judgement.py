@@ -49,11 +49,6 @@ def named_first(result: CaseResult) -> str:
     return str(named[0]["cause"]) if named else str(result.found["verdict"])
 
 
-def probability_first(result: CaseResult) -> float | None:
-    """Probability that the diagnosis gave to the first cause."""
-    return float(result.named[0]["probability"]) if result.named else None
-
-
 def covered(result: CaseResult) -> list[tuple[str, bool]]:
     """Numeric parameters of the hidden causes that were named: whether the truth lies inside the 95 % interval."""
     out = []

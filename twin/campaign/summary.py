@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from twin.campaign.case import CaseResult
-from twin.campaign.judgement import Outcome, covered, judge, named_first, probability_first, resolved
+from twin.campaign.judgement import Outcome, covered, judge, named_first, resolved
 from twin.campaign.limits import LIMITS
 
 FOUND: tuple[Outcome, ...] = ("right", "in a set")
@@ -104,17 +104,13 @@ def _row(label: str, strength: float, results: list[CaseResult]) -> CauseRow:
         found_95=(float(interval.low), float(interval.high)),
         followed=len(after),
         resolved=sum(after),
-        extra=sum(_has_extra(result) for result in results),
+        extra=sum(not {c["cause"] for c in result.named} <= set(result.plan.causes) for result in results),
         inside=sum(inside),
         intervals=len(inside),
         gain=_median([h["before"] / h["after"] for _, h in held]),
         oracle_ratio=_median([h["after"] / r.oracle_after for r, h in held if r.oracle_after]),
         diagnosis_s=_median([found["seconds"] for found in diagnosed]),
     )
-
-
-def _has_extra(result: CaseResult) -> bool:
-    return bool({cause["cause"] for cause in result.named} - set(result.plan.causes))
 
 
 def _median(values: list[float]) -> float | None:
@@ -132,7 +128,7 @@ def _confusion(results: Sequence[CaseResult]) -> dict[str, dict[str, int]]:
 def _calibration(results: Sequence[CaseResult]) -> tuple[Calibration, ...]:
     """Of cases with one hidden cause or none: a clean rig's false name is a wrong one."""
     pairs = [
-        (p, judge(r) == "right") for r in results if len(r.plan.causes) < 2 and (p := probability_first(r)) is not None
+        (float(r.named[0]["probability"]), judge(r) == "right") for r in results if len(r.plan.causes) < 2 and r.named
     ]
     out = []
     for low, high in pairwise(LIMITS.summary_bins):

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.arrays import Array
-from twin.identify.linear_model import LinearModel, Output, build_linear_model
-from twin.identify.structural_modification import attach
+from twin.identify.linear.linear_model import LinearModel, Output, build_linear_model
+from twin.identify.linear.structural_modification import attach
 from twin.rigs import Rig
 
 REACH = 0.7

@@ -8,8 +8,8 @@ import numpy as np
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 from twin.arrays import Array
-from twin.identify.broadband import find_resonances
-from twin.identify.spectrum import broadband_records, h1
+from twin.identify.spectra.broadband import find_resonances
+from twin.identify.spectra.spectrum import broadband_records, h1
 
 LEAST_SAMPLES = 16
 """Of a step that can be fitted."""

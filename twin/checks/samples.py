@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.container.stored import with_samples
 from recordings.run import PIECE, Run, Samples, pieces
-from recordings.stored import with_samples
 from recordings.sweeps import sweeps
 from recordings.whereabouts import working_on
 from twin.arrays import Array

@@ -12,7 +12,7 @@ from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Finding
 from twin.checks.responses import NoiseResponse, SineResponse
 from twin.checks.thresholds import DRIFTING, SPECIMEN, SPECIMEN_IN_NOISE
-from twin.identify.linear_model import Output
+from twin.identify.linear.linear_model import Output
 
 ABOUT = 0.02
 """Relative distance to the resonance within which a step says where it is."""

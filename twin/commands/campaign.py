@@ -145,7 +145,7 @@ def _calibration(results: Sequence[CaseResult]) -> RuleCalibration | None:
 
 
 def _rule_table(calibration: RuleCalibration) -> Table:
-    from twin.identify.error_model import SOUND, SPREAD
+    from twin.identify.residuals.error_model import SOUND, SPREAD
     from twin.views.table import Table
 
     numbers = (calibration.in_use, calibration.learnt)

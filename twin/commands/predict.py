@@ -30,7 +30,7 @@ def command(
     held.  RESPONSE.csv gets one row a solution: several branches at one step where the joint's law folds the response.
     std is the standard deviation of what was not given.
     """
-    from twin.identify.drive_table import read_drive, write_response
+    from twin.identify.backbones.drive_table import read_drive, write_response
     from twin.lab import load_rig
 
     check_writable(out, overwrite=overwrite)

@@ -160,7 +160,7 @@ class _Job:
         better = None
         if self.rounds:
             better = rehearse_until_clear(
-                first, lambda better: self.prepare(better)[2], self.written / "improved.mcap", nominal=nominal,
+                first, lambda better: self.prepare(better)[2], self.written / "improved.mcap",
                 rounds=self.rounds, on_step=meter.step, progress=meter.time, on_round=partial(meter.begin, "improving"),
             )  # fmt: skip
         tell_assumed(assumed(rig))

@@ -2,15 +2,3 @@
 
 from twin.demo.case import DemoCase, draw_demo_case
 from twin.demo.plan import BROADBAND, HELD_OUT, SWEEPS, broadband, planned_sweeps, recording_names, resonance
-
-__all__ = [
-    "BROADBAND",
-    "HELD_OUT",
-    "SWEEPS",
-    "DemoCase",
-    "broadband",
-    "draw_demo_case",
-    "planned_sweeps",
-    "recording_names",
-    "resonance",
-]

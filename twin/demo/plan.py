@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from recordings.errors import InputError
 from recordings.quantities import quantity
 from recordings.run import Run
-from twin.identify.spectrum import broadband_records, h1
+from twin.identify.spectra.spectrum import broadband_records, h1
 from twin.procedures import Random, SteppedSine, load_procedure
 from twin.rigs import Rig
 from twin.structure.modelled_rig import modelled_rig

@@ -1,10 +1,10 @@
 """Diagnosis: what the model gets wrong, by which cause, and what naming it gains."""
 
+from twin.diagnose.answer.result import Diagnosis, NamedCause
 from twin.diagnose.diagnose import diagnose
 from twin.diagnose.models import CAUSES
 from twin.diagnose.parallel_map import in_processes, usual_processes
 from twin.diagnose.responses import diagnose_responses
-from twin.diagnose.result import Diagnosis, NamedCause
 
 __all__ = [
     "CAUSES",

@@ -102,7 +102,7 @@ class Cause(ABC):
     """One way in which the rig may differ from what is assumed.
 
     A model is ``model.py`` of the cause's folder in ``twin/causes``: its name and parameters, fixed by the recording
-    contract, an :class:`~twin.identify.modification.ModelModification` of the forward model, and a sentence.
+    contract, an :class:`~twin.identify.model_modification.ModelModification` of the forward model, and a sentence.
     """
 
     name: ClassVar[str]

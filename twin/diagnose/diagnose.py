@@ -11,31 +11,31 @@ from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from recordings.run import Run
+from twin.diagnose.answer.comparison import compare_sweeps, noise_floors, relative_errors
+from twin.diagnose.answer.exclusion import Exclusion, exclusion_limits, hidden_at_limit
+from twin.diagnose.answer.extended import updated_rig_file
+from twin.diagnose.answer.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.cause import Cause
-from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
 from twin.diagnose.effects import left_out_effects
-from twin.diagnose.exclusion import Exclusion, exclusion_limits, hidden_at_limit
-from twin.diagnose.extended import updated_rig_file
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing import find_missing_force
 from twin.diagnose.model_evidence import Tolerances, unexplained
 from twin.diagnose.models import CAUSES, DRIFTS
 from twin.diagnose.next_test import plan_next_test
-from twin.diagnose.racing import THOROUGH, USUAL
-from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
-from twin.diagnose.search import Report, Search, search_causes
+from twin.diagnose.selection.racing import THOROUGH, USUAL
+from twin.diagnose.selection.search import Report, Search, search_causes
 from twin.diagnose.set_aside import set_aside
 from twin.diagnose.signals import find_unsettled
 from twin.diagnose.sound_data import SoundData, sound_data
 from twin.diagnose.verdict import decide, named_causes, posterior_of, rivals_of
-from twin.identify.error_model import SOUND
-from twin.identify.harmonics import harmonic_residuals
 from twin.identify.measured_data import MeasuredData, common_preload
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.error_model import SOUND
+from twin.identify.residuals.harmonics import harmonic_residuals
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.rms import rms
 from twin.identify.time_limit import time_is_up, time_limit
-from twin.identify.whitening import HarmonicResiduals
 from twin.rigs import Rig, foreign_preload, save_rig
 from twin.structure.plausibility import unlikely_units
 

@@ -11,7 +11,7 @@ from twin.diagnose.places import from_told_place, told_place
 from twin.identify.base_fit import fit_base
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.rebinning import rebinned
+from twin.identify.residuals.rebinning import rebinned
 from twin.rigs import Effect
 
 Data = TypeVar("Data", bound=MeasuredData)

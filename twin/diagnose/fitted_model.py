@@ -12,18 +12,18 @@ from twin.arrays import Array
 from twin.diagnose.cause import Cause, Parameter
 from twin.identify.base_fit import baseline_bounds
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import ErrorModel
-from twin.identify.frequency_model import FrequencyModel
 from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
-from twin.identify.likelihood import residual_model, solves_modes, sound_errors
 from twin.identify.limits import LIMITS
-from twin.identify.linear_fit import LARGEST_STEP
-from twin.identify.linearisation import Linearisation
+from twin.identify.linear.linear_fit import LARGEST_STEP
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.prediction import Prediction
-from twin.identify.residual_model import ResidualModel
-from twin.identify.whitening import HarmonicResiduals
+from twin.identify.residuals.error_model import ErrorModel
+from twin.identify.residuals.frequency_model import FrequencyModel
+from twin.identify.residuals.likelihood import residual_model, solves_modes, sound_errors
+from twin.identify.residuals.linearisation import Linearisation
+from twin.identify.residuals.prediction import Prediction
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.residuals.whitening import HarmonicResiduals
 
 __all__ = ["CauseHypothesis", "FitProblem", "FittedModel", "difference_step", "fit_model", "modification_of"]
 

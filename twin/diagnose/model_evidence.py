@@ -18,12 +18,12 @@ from twin.arrays import Array
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import SOUND, Discrepancy, ErrorModel, ErrorSources, log_prior
 from twin.identify.gauss_newton import not_held_back
-from twin.identify.likelihood import sound_errors
-from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
-from twin.identify.whitening import HarmonicResiduals, Whitening
+from twin.identify.residuals.error_model import SOUND, Discrepancy, ErrorModel, ErrorSources, log_prior
+from twin.identify.residuals.likelihood import sound_errors
+from twin.identify.residuals.linearisation import Linearisation
+from twin.identify.residuals.whitening import HarmonicResiduals, Whitening
 
 __all__ = ["Tolerances", "fit_with_errors", "infer_errors", "unexplained", "with_spread"]
 

@@ -144,7 +144,7 @@ def _work(work: Callable[..., Found], number: int, packed: bytes, arguments: tup
 
 def _wake() -> None:
     """What a fit needs, imported and compiled ahead of the first one."""
-    from twin.identify.compiling import compile_kernels
+    from twin.identify.forward.compiling import compile_kernels
 
     compile_kernels()
 

@@ -15,7 +15,7 @@ from twin.diagnose.cause import Cause
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
-from twin.identify.natural_frequencies import MeasuredFrequencies
+from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
 
 __all__ = [
     "LOG_ODDS_OF_A_CAUSE",

@@ -5,13 +5,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from recordings.responses import Responses
+from twin.diagnose.answer.exclusion import Exclusion
+from twin.diagnose.answer.result import Diagnosis
 from twin.diagnose.cause import Cause
 from twin.diagnose.diagnose import HeldOutData, diagnose_evidence, notes_on
 from twin.diagnose.effects import with_effects
-from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.models import CAUSES
-from twin.diagnose.result import Diagnosis
-from twin.diagnose.search import Report
+from twin.diagnose.selection.search import Report
 from twin.diagnose.sound_data import SoundData
 from twin.identify.measured_data import MeasuredData
 from twin.identify.responses import gather_responses

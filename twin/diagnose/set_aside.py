@@ -6,7 +6,7 @@ import numpy as np
 
 from twin.diagnose.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
-from twin.identify.sweeps import rows_by_sweep
+from twin.identify.spectra.sweeps import rows_by_sweep
 
 
 def set_aside(evidence: MeasuredData) -> tuple[MeasuredData, MeasuredData | None, tuple[str, ...]]:

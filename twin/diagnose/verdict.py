@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from twin.diagnose.answer.result import Estimate, NamedCause, Verdict
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.places import told_place
@@ -15,11 +16,10 @@ from twin.diagnose.posterior import (
     smallest_set,
     temperature,
 )
-from twin.diagnose.result import Estimate, NamedCause, Verdict
-from twin.diagnose.search import Search, Stage
+from twin.diagnose.selection.search import Search, Stage
 from twin.diagnose.signals import Finding, Sidebands
 from twin.identify.measured_data import MeasuredData
-from twin.identify.natural_frequencies import MeasuredFrequencies
+from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
 
 __all__ = ["Posterior", "decide", "named_causes", "posterior_of", "rivals_of"]
 

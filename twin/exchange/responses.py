@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from recordings.errors import InputError
 from recordings.quantities import QUANTITIES
 from recordings.run import Channel, Run
-from twin.identify.sine_fit import SteadyState, steady_states
-from twin.identify.spectrum import broadband_records, h1
+from twin.identify.spectra.sine_fit import steady_states
+from twin.identify.spectra.spectrum import broadband_records, h1
 
 FRF_FORMS = {one.name: one.per_force for one in sorted(QUANTITIES, key=lambda one: one.derivative) if one.per_force}
 """Name of a response per force, by the response's quantity."""
@@ -102,13 +102,9 @@ def _stepped(run: Run, force: Channel, responses: Sequence[Channel]) -> Iterator
         if len(frequency) < 2 or np.any(np.diff(frequency) <= 0):
             continue  # a dwell or a ladder of amplitudes is no function of frequency
         for form, alike in _by_form(responses):
-            frf = np.stack([_ratio(upward, channel, force) for channel in alike])
+            force_N = np.array([state.amplitude[force.name][0] for state in upward])
+            frf = np.stack([[state.amplitude[channel.name][0] for state in upward] for channel in alike]) / force_N
             yield FrequencyResponses(
                 sweep=sweep, frequency_Hz=frequency, frf=frf, coherence=None, responses=alike, force=force,
                 frf_form=form,
             )  # fmt: skip
-
-
-def _ratio(steps: Sequence[SteadyState], channel: Channel, force: Channel) -> NDArray[np.complex128]:
-    """Fundamental of the response per fundamental of the force."""
-    return np.array([state.amplitude[channel.name][0] / state.amplitude[force.name][0] for state in steps])

@@ -2,10 +2,10 @@
 
 from twin.identify.base_fit import fit_base
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.joint_law import LayerLaw
 from twin.identify.measured_data import MeasuredData, gather_data
-from twin.identify.residual_model import ResidualModel
-from twin.identify.sine_fit import SteadyState, steady_states
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.spectra.sine_fit import SteadyState, steady_states
 
 __all__ = [
     "BaselineParameters",

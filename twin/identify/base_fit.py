@@ -2,27 +2,25 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import Array
-from twin.identify.balance import Added, Balance
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import ErrorModel, continuation
-from twin.identify.frequency_model import FrequencyModel, starting_moduli
 from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
-from twin.identify.joint_law import LayerLaw, choose_knots, spacing, spline_basis
-from twin.identify.likelihood import nominal_base, residual_model, sound_errors
 from twin.identify.limits import LIMITS
-from twin.identify.linear_fit import LARGEST_STEP, base_bounds
-from twin.identify.linear_model import LinearParameters
+from twin.identify.linear.linear_fit import LARGEST_STEP, base_bounds
+from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification
-from twin.identify.natural_frequencies import MeasuredFrequencies
-from twin.identify.opening_harmonics import balance_openings
-from twin.identify.residual_model import ResidualModel
+from twin.identify.nonlinear.balance import Added, Balance
+from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots, spacing, spline_basis
+from twin.identify.nonlinear.opening_harmonics import balance_openings
+from twin.identify.residuals.error_model import ErrorModel, continuation
+from twin.identify.residuals.frequency_model import FrequencyModel, starting_moduli
+from twin.identify.residuals.likelihood import nominal_base, residual_model, sound_errors
+from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
+from twin.identify.residuals.residual_model import ResidualModel
 
 TURNS = 25
 """Newton steps for each step's own softening and loss; eight are usual."""
@@ -42,12 +40,10 @@ class BaseFit:
     solution: Solution
 
 
-def starting_baseline(
-    evidence: MeasuredData, *, knots: int = LIMITS.joint_law_knots, modification: ModelModification | None = None
-) -> BaselineParameters:
+def starting_baseline(evidence: MeasuredData) -> BaselineParameters:
     """Base parameters of the broadband fit, else what is assumed, and a law read off the steps one by one."""
     base = evidence.linear.base if evidence.linear else nominal_base(evidence)
-    return law_from_steps(residual_model(evidence, modification), base, knots=knots)
+    return law_from_steps(residual_model(evidence), base)
 
 
 def _starting_baselines(evidence: MeasuredData) -> list[BaselineParameters]:
@@ -57,9 +53,7 @@ def _starting_baselines(evidence: MeasuredData) -> list[BaselineParameters]:
     return [starting_baseline(evidence)]
 
 
-def law_from_steps(
-    residual_model: ResidualModel | FrequencyModel, base: LinearParameters, *, knots: int = LIMITS.joint_law_knots
-) -> BaselineParameters:
+def law_from_steps(residual_model: ResidualModel | FrequencyModel, base: LinearParameters) -> BaselineParameters:
     """The laws that reproduce each step's reference channel, smoothed onto knots that follow the layers' own motion.
 
     For each step by itself one softening and one loss are found that all points share, as parts of their joint's E', by
@@ -70,7 +64,7 @@ def law_from_steps(
     """
     evidence = residual_model.evidence
     if isinstance(residual_model, FrequencyModel) or not len(evidence.steps) or not len(residual_model.points):
-        nowhere = choose_knots(np.zeros(0), knots)
+        nowhere = choose_knots(np.zeros(0), LIMITS.joint_law_knots)
         return BaselineParameters(base, (LayerLaw.zero(nowhere, nowhere),) * residual_model.laws, evidence.as_modelled)
     steps, time, p = evidence.steps, residual_model.step_times, len(residual_model.points)
     omega = residual_model.clock(steps.complex_omega, time)
@@ -84,7 +78,7 @@ def law_from_steps(
         stiffness = np.zeros((len(omega), n), complex)
         stiffness[:, :p], stiffness[:, p : 2 * p] = -s[:, None] * weights[:, :p], 1j * loss[:, None] * weights[:, p:]
         if residual_model.local.forces:
-            laws = _smoothed(residual_model, s, loss, around.motion(stiffness)[0], knots)
+            laws = _smoothed(residual_model, s, loss, around.motion(stiffness)[0])
             stiffness[:, 2 * p :] = residual_model.local.balance(laws, omega, around).stiffness[:, 2 * p :]
         motion, reading, by_stiffness = around.reading(stiffness)
         # d(1/H) H = -dH/H; both unknowns are real, the equation is complex.
@@ -98,7 +92,7 @@ def law_from_steps(
         loss = np.clip(loss + np.clip(dl, -1.0, 1.0), -0.1 * LIMITS.largest_loss, LIMITS.largest_loss)
     of_harmonics, found = np.zeros_like(s), Balance(motion, stiffness, Added.nothing(motion.shape, p), np.abs(gap))
     for _ in range(HARMONIC_TURNS):
-        laws = _smoothed(residual_model, s - of_harmonics, loss, motion, knots, each, found.unsettled)
+        laws = _smoothed(residual_model, s - of_harmonics, loss, motion, each, found.unsettled)
         of_harmonics = _softened_by_harmonics(residual_model, BaselineParameters(base, laws), found)
     return BaselineParameters(base, laws, evidence.as_modelled)
 
@@ -113,7 +107,7 @@ def _softened_by_harmonics(residual_model: ResidualModel, baseline: BaselinePara
 
 
 def _smoothed(
-    residual_model: ResidualModel, s: Array, loss: Array, motion: Array, knots: int, by_moduli: Array | None = None,
+    residual_model: ResidualModel, s: Array, loss: Array, motion: Array, by_moduli: Array | None = None,
     gap: Array | float = 0.0,
 ) -> tuple[LayerLaw, ...]:  # fmt: skip
     """Splines through what the steps show of each joint, each weighted by how much it shows it.
@@ -126,6 +120,7 @@ def _smoothed(
         Relative change of the response with that of each point.
     """
     p, weights, laws = len(residual_model.points), residual_model.local.weights, []
+    knots = LIMITS.joint_law_knots
     for joint, E in enumerate(residual_model.moduli[0]):
         own, found = residual_model.local.of_joint(joint), []
         for values, at in ((s, own), (loss, p + own)):
@@ -163,7 +158,6 @@ def fit_base(
     *,
     start: BaselineParameters | None = None,
     errors: ErrorModel | None = None,
-    iterations: int = 30,
     tolerance: float = LIMITS.base_fit_tolerance,
     held_at_zero: Sequence[int] = (),
 ) -> BaseFit:
@@ -181,17 +175,15 @@ def fit_base(
         Places in the unknowns' vector that are not free.
     """
     fits = [
-        _fitted_from(evidence, begun, errors or sound_errors(evidence), iterations, tolerance, held_at_zero)
+        _fitted_from(evidence, begun, errors or sound_errors(evidence), tolerance, np.asarray(held_at_zero, int))
         for begun in ([start] if start else _starting_baselines(evidence))
     ]
     return min(fits, key=lambda fit: fit.solution.cost)
 
 
 def _fitted_from(
-    evidence: MeasuredData, baseline: BaselineParameters, errors: ErrorModel, iterations: int, tolerance: float,
-    held_at_zero: Sequence[int],
-) -> BaseFit:  # fmt: skip
-    held = np.asarray(held_at_zero, int)
+    evidence: MeasuredData, baseline: BaselineParameters, errors: ErrorModel, tolerance: float, held: NDArray[np.int64]
+) -> BaseFit:
     if len(held):
         vector = baseline.vector
         vector[held] = 0.0
@@ -199,31 +191,39 @@ def _fitted_from(
     bounds = (baseline_bounds(baseline, 0), baseline_bounds(baseline, 1))
     for level in continuation(errors):
         enough = tolerance if level is errors else LIMITS.coarse_tolerance
-        solve = partial(_minimised, evidence, baseline, bounds, held, level, enough / 10)
+        solve = _Search(evidence, baseline, bounds, held, level, enough / 10)
         solution = minimise_reweighted(
-            solve, baseline.vector, rounds=LIMITS.base_fit_reweighted, tolerance=enough, iterations=iterations
+            solve, baseline.vector, rounds=LIMITS.base_fit_reweighted, tolerance=enough, iterations=30
         )
         baseline = baseline.with_vector(solution.x)
     return BaseFit(baseline, solution)
 
 
-def _minimised(
-    evidence: MeasuredData, start: BaselineParameters, bounds: tuple[Array, Array], held: NDArray[np.int64],
-    errors: ErrorModel, tolerance: float, x: Array, *, iterations: int,
-) -> Solution:  # fmt: skip
-    """The minimum from x, with what is held there."""
-    here = residual_model(evidence, errors=errors).linearisation(start.with_vector(x))
-    model = residual_model(evidence, errors=errors, held=here)
-    mean, precision = model.prior(start)
-    mean[held], precision[held, held] = 0.0, HELD_PRECISION
+@dataclass(frozen=True)
+class _Search:
+    """The minimum from some unknowns, with what is held there."""
 
-    def evaluate(x: Array) -> tuple[Array, Array]:
-        prediction = model.evaluate(start.with_vector(x))
-        return prediction.residual, prediction.jacobian
+    evidence: MeasuredData
+    start: BaselineParameters
+    bounds: tuple[Array, Array]
+    held: NDArray[np.int64]
+    errors: ErrorModel
+    tolerance: float
 
-    # Few frequencies may leave a modulus open, which would run off.
-    largest = start.base.blocks(start.base.joints).pack(LARGEST_STEP) if isinstance(model, FrequencyModel) else None
-    return minimise(
-        evaluate, x, mean=mean, precision=precision, bounds=bounds, iterations=iterations, tolerance=tolerance,
-        largest_step=largest,
-    )  # fmt: skip
+    def __call__(self, x: Array, *, iterations: int) -> Solution:
+        start, held = self.start, self.held
+        here = residual_model(self.evidence, errors=self.errors).linearisation(start.with_vector(x))
+        model = residual_model(self.evidence, errors=self.errors, held=here)
+        mean, precision = model.prior(start)
+        mean[held], precision[held, held] = 0.0, HELD_PRECISION
+
+        def evaluate(x: Array) -> tuple[Array, Array]:
+            prediction = model.evaluate(start.with_vector(x))
+            return prediction.residual, prediction.jacobian
+
+        # Few frequencies may leave a modulus open, which would run off.
+        largest = start.base.blocks(start.base.joints).pack(LARGEST_STEP) if isinstance(model, FrequencyModel) else None
+        return minimise(
+            evaluate, x, mean=mean, precision=precision, bounds=self.bounds, iterations=iterations,
+            tolerance=self.tolerance, largest_step=largest,
+        )  # fmt: skip

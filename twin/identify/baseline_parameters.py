@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 
 from twin.arrays import Array
-from twin.identify.blocks import Blocks
-from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_model import LinearParameters
+from twin.identify.linear.blocks import Blocks
+from twin.identify.linear.linear_model import LinearParameters
+from twin.identify.nonlinear.joint_law import LayerLaw
 
 
 @dataclass(frozen=True)

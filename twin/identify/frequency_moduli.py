@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from recordings import FrequencyTable
 from recordings.errors import InputError
 from twin.identify.base_fit import BaseFit, fit_base
-from twin.identify.frequency_model import FrequencyModel, check_modes
 from twin.identify.limits import LIMITS
-from twin.identify.natural_frequencies import MeasuredFrequencies, measured_frequencies
+from twin.identify.residuals.frequency_model import FrequencyModel, check_modes
+from twin.identify.residuals.natural_frequencies import MeasuredFrequencies, measured_frequencies
 from twin.rigs import Rig
 
 __all__ = ["FrequencyModuli", "fit_moduli", "moduli_data"]

@@ -12,9 +12,9 @@ from twin.identify.gauss_newton import Solution
 from twin.identify.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import Polynomials
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.rms import relative_error_percent
-from twin.identify.sweeps import rows_by_sweep
+from twin.identify.spectra.sweeps import rows_by_sweep
 from twin.identify.updated_rig import updated_rig
 from twin.rigs import Rig
 

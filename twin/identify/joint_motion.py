@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.joint_law import LayerLaw
 from twin.identify.limits import LIMITS
-from twin.identify.linear_model import nominal_parameters
+from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residual_model import ResidualModel
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.residuals.residual_model import ResidualModel
 
 
 def largest_motion(evidence: MeasuredData, joint: int) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -15,17 +15,17 @@ from recordings.run import Run
 from recordings.sweeps import sweeps
 from recordings.whereabouts import working_on
 from twin.arrays import Array
-from twin.identify.broadband import BinnedResponse
-from twin.identify.changed_model import ChangedModels
 from twin.identify.limits import LIMITS
-from twin.identify.linear_fit import LinearFit, reduce_broadband
-from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
+from twin.identify.linear.changed_model import ChangedModels
+from twin.identify.linear.linear_fit import LinearFit, reduce_broadband
+from twin.identify.linear.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
 from twin.identify.model_modification import ModelModification
 from twin.identify.nominal_instruments import nominal_instruments
 from twin.identify.rig_channels import drive_of, faces_against, in_directions_of
-from twin.identify.settled import still_changing
-from twin.identify.sine_fit import Line, SteadyState, steady_states
-from twin.identify.spectrum import BroadbandRecord, broadband_records
+from twin.identify.spectra.broadband import BinnedResponse
+from twin.identify.spectra.settled import still_changing
+from twin.identify.spectra.sine_fit import Line, SteadyState, steady_states
+from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records
 from twin.rigs import Place, Rig, Shaker, nearest_preload, recorded_preload
 
 __all__ = ["Known", "MeasuredData", "StepArrays", "common_preload", "gather_data", "response_outputs"]
@@ -286,6 +286,7 @@ def gather_data(
     reference = reference_output(model)
     changing = still_changing(states, [outputs[reference].channel], force=force)
     settled = [state for state, moves in zip(states, changing, strict=True) if not moves]
+    asked_for = sum(one.step.frequency_Hz > 0 for run in runs for sweep in sweeps(run) for one in sweep.stretches)
     return MeasuredData(
         rig=rig,
         preload=preload,
@@ -300,7 +301,7 @@ def gather_data(
         unsettled=tuple(state for state, moves in zip(states, changing, strict=True) if moves),
         linear=fit,
         runs=tuple(runs),
-        dropped=sum(_measured_sines(run) for run in runs) - len(states),
+        dropped=asked_for - len(states),
     )
 
 
@@ -368,10 +369,6 @@ def _clock_error(states: list[SteadyState], force: str) -> float:
     weight = np.array([1 / state.drift_std[force] ** 2 for state in states])
     angle = np.array([state.omega * state.duration_s for state in states])
     return float(np.sum(weight * turn * angle) / np.sum(weight * angle**2)) if states else 0.0
-
-
-def _measured_sines(run: Run) -> int:
-    return sum(stretch.step.frequency_Hz > 0 for sweep in sweeps(run) for stretch in sweep.stretches)
 
 
 def _arrays(states: list[SteadyState], force: str, outputs: tuple[Output, ...], reference: int) -> StepArrays:

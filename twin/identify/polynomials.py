@@ -10,7 +10,7 @@ import numpy as np
 from twin.arrays import Array
 from twin.identify.l_curve import LCurve
 from twin.identify.limits import LIMITS
-from twin.identify.linear_model import LinearParameters
+from twin.identify.linear.linear_model import LinearParameters
 
 
 @dataclass(frozen=True)

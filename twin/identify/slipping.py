@@ -11,17 +11,6 @@ import numpy as np
 from twin.arrays import Array
 from twin.joint.elimination import COMPILED, eliminate
 
-__all__ = [
-    "LEAST_SLIP",
-    "RIPPLES",
-    "Slider",
-    "common_spring",
-    "jenkins_harmonics",
-    "room_to_slide",
-    "slide",
-    "slipping_harmonics",
-]
-
 RIPPLES = (3, 5, 7)
 """Harmonics of the slip that are balanced.  Without the third a slip force comes out wrong by several per cent."""
 PASSES = 2

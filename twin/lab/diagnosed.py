@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from recordings.whole import made_folder
 from twin.checks import Finding
 from twin.diagnose import Diagnosis
-from twin.diagnose.comparison import SweepComparison
-from twin.diagnose.extended import updated_rig_file
+from twin.diagnose.answer.comparison import SweepComparison
+from twin.diagnose.answer.extended import updated_rig_file
 from twin.diagnose.tables import TableDiagnosis
 from twin.identify.measured_data import MeasuredData
 from twin.lab.model_result import FitPictures, ModelResult

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from recordings import FrequencyTable, InputError, read_table
 from twin.diagnose.tables import FrequencyRow, SweepRow, TableDiagnosis, diagnose_frequencies, diagnose_sweeps
-from twin.identify.backbone import BackboneSweep
-from twin.identify.modal_table import read_sweeps
+from twin.identify.backbones.backbone import BackboneSweep
+from twin.identify.backbones.modal_table import read_sweeps
 from twin.lab.diagnosed import EXTENDED, DiagnosedModel
 from twin.rigs import Rig
 from twin.rigs.kinds import AnyRig

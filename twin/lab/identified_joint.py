@@ -10,14 +10,14 @@ from matplotlib.figure import Figure
 
 from twin.bench import open_bench
 from twin.checks import FirstLook
-from twin.diagnose.comparison import SweepComparison, sweeps_beside
+from twin.diagnose.answer.comparison import SweepComparison, sweeps_beside
 from twin.diagnose.effects import left_out_effects
 from twin.diagnose.sound_data import sound_data
 from twin.identify.identified import Identified, identify_rig
 from twin.identify.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import PolynomialFit, Polynomials
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.lab.given import Report
 from twin.lab.model_result import FitPictures, IdentifiedModel
 from twin.rigs import Rig, foreign_preload

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from twin.identify.modal_table import identify_sweep_table
+from twin.identify.backbones.modal_table import identify_sweep_table
 from twin.lab.model_result import IdentifiedModel
 from twin.rigs.modal import ModalLaw, ModalRig
 from twin.views.drawing import draw_band, dressed, legend, panels

@@ -21,7 +21,7 @@ from twin.identify.modes.from_record import modes_of_record
 from twin.identify.modes.measured_modes import MeasuredModes
 from twin.identify.modes.shapes import Shape, shape_of
 from twin.identify.rig_channels import drive_of
-from twin.identify.spectrum import broadband_records, is_impact_test
+from twin.identify.spectra.spectrum import broadband_records, is_impact_test
 from twin.lab.shown import Reported
 from twin.procedures import Impact, parse_procedure
 from twin.rehearsal.hammer import point_places

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from matplotlib.figure import Figure
 
 from recordings import whole_file
-from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.answer.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
 from twin.lab.shown import Reported
 from twin.rigs.assumed import assumed

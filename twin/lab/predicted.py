@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from recordings import InputError
 from twin.diagnose.effects import left_out_effects, with_effects
-from twin.identify.modal_prediction import ModalResponse, predict_forced, predict_held
-from twin.identify.predict import RigPrediction, RigResponse, blank_data
+from twin.identify.backbones.modal_prediction import ModalResponse, predict_forced, predict_held
+from twin.identify.forward.predict import RigPrediction, RigResponse, blank_data
 from twin.lab.shown import Shown
 from twin.rigs import LawTable
 from twin.rigs.assumed import assumed

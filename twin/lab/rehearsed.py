@@ -126,7 +126,7 @@ def rehearse_procedure(
         first, better = rehearse(asked, first_bench, folder / "run.mcap", nominal=nominal), None
         if rounds:
             report("improving the procedure")
-            better = rehearse_until_clear(first, bench, folder / "improved.mcap", nominal=nominal, rounds=rounds)
+            better = rehearse_until_clear(first, bench, folder / "improved.mcap", rounds=rounds)
         result = result_table(first, better, procedure=named, rig=rig, preload=name, seed=seed, branches=branches)
         rehearsed = RehearsedProcedure(first=first, better=better, result=result)
     except BaseException:

@@ -7,7 +7,7 @@ from recordings.streams import Excitation
 from twin.procedures.kinds import Impact
 from twin.procedures.limits import LIMITS
 from twin.procedures.session import Session, StepPlace
-from twin.procedures.stretch import finish, measure
+from twin.procedures.stretch import Driven, finish, measure
 
 
 def run_impact(procedure: Impact, session: Session) -> None:
@@ -25,7 +25,7 @@ def run_impact(procedure: Impact, session: Session) -> None:
             start_ns = session.stream.align(hit_ns - pre_ns)
             sizes = measure(session, place, start_ns, procedure.record)
             settle_s = max(0.0, (start_ns - ready_ns) * 1e-9)
-            finish(session, place, sizes, voltage_V=0.0, amplitude=sizes[force].largest, settle_s=settle_s)
+            finish(session, place, sizes, Driven(voltage_V=0.0, amplitude=sizes[force].largest, settle_s=settle_s))
             ready_ns = start_ns + round(procedure.record * 1e9)
 
 

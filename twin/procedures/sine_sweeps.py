@@ -5,14 +5,14 @@ from collections.abc import Iterator
 
 from recordings.run import StepState
 from recordings.streams import Excitation
-from twin.procedures.amplitude import AmplitudeControl, FastHold, OpenLoop, SlowHold
 from twin.procedures.grid import fixed_frequencies, step_frequencies
 from twin.procedures.kinds import Dwell, RingDown, SteppedSine
 from twin.procedures.limits import LIMITS
-from twin.procedures.phase import PhaseLock, resonance_phase
 from twin.procedures.results import StepResult
 from twin.procedures.session import Session, StepPlace
-from twin.procedures.sine_step import SineStep, run_sine_step
+from twin.procedures.steps.amplitude import AmplitudeControl, FastHold, OpenLoop, SlowHold
+from twin.procedures.steps.phase import PhaseLock, resonance_phase
+from twin.procedures.steps.sine_step import SineStep, run_sine_step
 
 TIME_CONSTANT_CYCLES = 1 / (2 * math.pi * LIMITS.usual_damping_ratio)
 """Of a free decay, in cycles: what response and phase control assume."""

@@ -54,29 +54,25 @@ def measure(session: Session, place: StepPlace, start_ns: int, duration_s: float
     return Passing(session, start_ns, duration_s).take()
 
 
-def finish(
-    session: Session,
-    place: StepPlace,
-    sizes: Mapping[str, Size],
-    *,
-    voltage_V: float,
-    amplitude: float,
-    settle_s: float,
-    settled: bool | None = None,
-    remaining: float | None = None,
-    peak_frequency_Hz: float | None = None,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class Driven:
+    """How a stretch was driven and waited for, as :class:`StepResult` has it."""
+
+    voltage_V: float
+    amplitude: float
+    settle_s: float
+    settled: bool | None = None
+    remaining: float | None = None
+    peak_frequency_Hz: float | None = None
+
+
+def finish(session: Session, place: StepPlace, sizes: Mapping[str, Size], driven: Driven) -> None:
     """Keep what was measured as the one step of its sweep, and end it."""
     duration_s = max((one.samples / one.sample_rate_Hz for one in sizes.values()), default=0.0)
     end_ns = session.stream.latest_ns
-    session.finish_step(
-        StepResult(
-            **vars(place), frequency_Hz=0.0, voltage_V=voltage_V, amplitude=amplitude, settle_s=settle_s,
-            measure_s=duration_s, settled=settled, remaining=remaining, peak_frequency_Hz=peak_frequency_Hz,
-            peak={n: one.largest for n, one in sizes.items() if follows_excitation(session.channels[n].quantity)},
-        ),
-        end_ns,
-    )  # fmt: skip
+    peak = {n: one.largest for n, one in sizes.items() if follows_excitation(session.channels[n].quantity)}
+    result = StepResult(**vars(place), **vars(driven), frequency_Hz=0.0, measure_s=duration_s, peak=peak)
+    session.finish_step(result, end_ns)
     session.mark(place, StepState.DONE, end_ns, 0.0)
 
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.resonances import by_resonance, same_resonance
+from twin.identify.spectra.resonances import by_resonance, same_resonance
 from twin.rehearsal.limits import LIMITS
 
 

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 
 from twin.bench import open_bench
-from twin.identify.resonances import by_resonance
+from twin.identify.spectra.resonances import by_resonance
 from twin.procedures import SteppedSine
 from twin.procedures.grid import fixed_frequencies
 from twin.response import HarmonicBalance

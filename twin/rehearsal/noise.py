@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from recordings import read_run
 from twin.identify.modes.from_record import modes_of_record
-from twin.identify.spectrum import BroadbandRecord, broadband_records, h1
+from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records, h1
 from twin.rehearsal.checks.too_short import averages
 from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Rehearsal

@@ -4,7 +4,7 @@ import bisect
 import math
 from collections.abc import Sequence
 
-from twin.identify.resonances import same_resonance
+from twin.identify.spectra.resonances import same_resonance
 from twin.procedures import SteppedSine, StepResult
 from twin.procedures.grid import fixed_frequencies
 from twin.rehearsal.limits import LIMITS

@@ -153,7 +153,6 @@ def rehearse_until_clear(
     make_source: Callable[[Procedure], SampleSource],
     recording: Path,
     *,
-    nominal: NominalRig,
     rounds: int = 5,
     progress: Callable[[float], None] | None = None,
     on_step: Callable[[StepResult], None] | None = None,
@@ -167,7 +166,7 @@ def rehearse_until_clear(
         Gives a fresh rig at rest for the procedure of every round.
     recording
         The MCAP of the last round.
-    nominal, progress, on_step
+    progress, on_step
         As for :func:`rehearse`.
     on_round
         Called with every improved procedure before it is rehearsed.
@@ -179,7 +178,7 @@ def rehearse_until_clear(
         nothing to improve.
     """
     latest: Rehearsed | None = None
-    current = first
+    current, nominal = first, first.rehearsal.nominal
     for _ in range(rounds):
         if current.clear or current.rehearsal.result.state == "interrupted":
             break

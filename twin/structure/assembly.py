@@ -7,15 +7,15 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from twin.rigs import BeamPart, Dof, Layout, Link, PointMass, Rig, Support, Tie
-from twin.structure.beam import beam_mass, beam_stiffness
 from twin.structure.constraints import free_coordinates
+from twin.structure.elements.beam import beam_mass, beam_stiffness
+from twin.structure.elements.space_beam import space_element, twist_mass, twist_stiffness
+from twin.structure.elements.timoshenko import timoshenko_mass
 from twin.structure.joint_operators import joint_operators
 from twin.structure.matrix_coordinates import AXES, MatrixCoordinates, node_pairs, reduced_parts
 from twin.structure.mesh import PLANE_DOFS, SPACE_DOFS, BeamMesh, mesh_beams, mesh_layers
-from twin.structure.space_beam import space_element, twist_mass, twist_stiffness
 from twin.structure.sparse import from_blocks, with_square
 from twin.structure.structure import Structure
-from twin.structure.timoshenko import timoshenko_mass
 
 Matrix = NDArray[np.float64]
 Mesh = BeamMesh | MatrixCoordinates

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.rigs import Layout, ThinLayer
+from twin.structure.elements.thin_layer import ThinLayerElement, space_thin_layer, thin_layer
 from twin.structure.limits import LIMITS
 from twin.structure.matrix_coordinates import MatrixCoordinates, node_pairs
 from twin.structure.mesh import BeamMesh, LayerMesh
 from twin.structure.structure import JointOperators
-from twin.structure.thin_layer import ThinLayerElement, space_thin_layer, thin_layer
 
 Matrix = NDArray[np.float64]
 Mesh = BeamMesh | MatrixCoordinates

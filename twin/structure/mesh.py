@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.rigs import BeamPart, Layout, ThinLayer
-from twin.structure.beam import deflection_shape, rotation_rate_shape, slope_shape
+from twin.structure.elements.beam import deflection_shape, rotation_rate_shape, slope_shape
+from twin.structure.elements.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS
 from twin.structure.limits import LIMITS
-from twin.structure.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS
 
 Array = NDArray[np.float64]
 

@@ -141,7 +141,7 @@ class Structure:
         ValueError if the place is not on the structure.
         """
         if place.reads == "strain":
-            return self.strain(place)
+            return self._strain(place)
         return self._translation(place, place.direction)
 
     def translations(self, place: Place) -> Matrix:
@@ -177,10 +177,6 @@ class Structure:
         assert isinstance(mesh, MatrixCoordinates)
         return mesh.field
 
-    def deflection(self, position_m: float) -> Matrix:
-        """Row with v(position), the displacement across the beam that lies there."""
-        return self.row(self.layout.place(position_m))
-
     def surface_motion(self, place: Place, *, side: int) -> Matrix:
         """Row of the motion along a beam at its surface, half a thickness off the axis: +1 the left one, -1 the right.
 
@@ -192,7 +188,7 @@ class Structure:
         along = self.row(place.towards(mesh.part.axis))
         return along - side * mesh.part.thickness / 2 * self._over(*mesh.slope(place.at))
 
-    def strain(self, place: Place) -> Matrix:
+    def _strain(self, place: Place) -> Matrix:
         """Row of the strain along a beam at the surface that faces in the place's direction, m/m.
 
         It is u' - s (h/2) v'', s = 1 for the left surface and -1 for the right one; with transverse shear the curvature
@@ -217,10 +213,6 @@ class Structure:
             if isinstance(mesh, BeamMesh):
                 along[mesh.first : mesh.first + mesh.size : len(mesh.dofs)] = True
         return np.asarray(~along[self.free])
-
-    def with_point_mass(self, position_m: float, mass_kg: float) -> Structure:
-        """The same structure with a mass fixed to a beam."""
-        return self.with_mass_at(self.layout.place(position_m), mass_kg)
 
     def with_mass_at(self, place: Place, mass_kg: float) -> Structure:
         """The same structure with a mass fixed at a place."""

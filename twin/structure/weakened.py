@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.rigs import BeamPart, Place, Rig
-from twin.structure.beam import beam_stiffness, weakened_stiffness
+from twin.structure.elements.beam import beam_stiffness, weakened_stiffness
+from twin.structure.elements.space_beam import space_element, twist_stiffness
 from twin.structure.mesh import BeamMesh
-from twin.structure.space_beam import space_element, twist_stiffness
 from twin.structure.structure import Structure
 
 Matrix = NDArray[np.float64]

@@ -10,7 +10,7 @@ import numpy as np
 from recordings.directions import AXES
 from recordings.errors import InputError, blamed_on
 from twin.arrays import Array
-from twin.identify.receptance import ModalBasis, lowest_modes_basis
+from twin.identify.linear.receptance import ModalBasis, lowest_modes_basis
 from twin.rigs import BeamPart, Place
 from twin.rigs.substructures import Connection, SubstructuresRig
 from twin.structure import Structure, assemble

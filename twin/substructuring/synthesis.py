@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from twin.arrays import Array
-from twin.identify.blocks import Blocks
+from twin.identify.linear.blocks import Blocks
 from twin.identify.modes import ModalFit, fit_modes
 from twin.substructuring.limits import LIMITS
 

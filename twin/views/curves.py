@@ -9,16 +9,16 @@ import numpy as np
 from recordings.quantities import is_motion, is_response
 from recordings.run import Run
 from twin.arrays import Array
-from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.answer.comparison import SweepComparison
+from twin.diagnose.answer.result import Diagnosis
 from twin.diagnose.fitted_model import FittedModel, modification_of
-from twin.diagnose.result import Diagnosis
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.residual_model import ResidualModel
-from twin.identify.resonances import by_resonance
-from twin.identify.sine_fit import SteadyState, steady_states
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.spectra.resonances import by_resonance
+from twin.identify.spectra.sine_fit import SteadyState, steady_states
 from twin.structure import DrawnPart, Structure, drawn_places, layer_points
 from twin.structure.mode_law import LayerModes, mode_functions
 from twin.structure.modelled_rig import ModelledRig
@@ -42,7 +42,7 @@ class SteppedSweep:
     """Amplitudes of harmonics 1, 2, ... of each response channel, in its unit, (s, h)."""
 
 
-def stepped_sweeps(run: Run, *, harmonics: int = 7) -> tuple[SteppedSweep, ...]:
+def stepped_sweeps(run: Run) -> tuple[SteppedSweep, ...]:
     """The sine sweeps of a run, reduced."""
     responses = [name for name, channel in run.channels.items() if is_response(channel.quantity)]
     force = next((name for name, channel in run.channels.items() if channel.quantity == "force"), None)
@@ -53,10 +53,7 @@ def stepped_sweeps(run: Run, *, harmonics: int = 7) -> tuple[SteppedSweep, ...]:
     by_sweep: dict[str, list[SteadyState]] = {}
     for state in steady_states(run, channels=[name for name in names if name]):
         by_sweep.setdefault(state.sweep, []).append(state)
-    return tuple(
-        _sweep(run, name, states, force if force in recorded else None, harmonics)
-        for name, states in by_sweep.items()
-    )  # fmt: skip
+    return tuple(_sweep(run, name, states, force if force in recorded else None) for name, states in by_sweep.items())
 
 
 def largest_receptance(run: Run, sweep: SteppedSweep) -> tuple[str, Array]:
@@ -65,7 +62,7 @@ def largest_receptance(run: Run, sweep: SteppedSweep) -> tuple[str, Array]:
     return max((motions or sweep.receptance).items(), key=lambda item: float(np.max(item[1])))
 
 
-def _sweep(run: Run, name: str, states: Sequence[SteadyState], force: str | None, count: int) -> SteppedSweep:
+def _sweep(run: Run, name: str, states: Sequence[SteadyState], force: str | None) -> SteppedSweep:
     frequency_Hz = np.array([state.frequency_Hz for state in states])
     drive = np.array([abs(state.amplitude[force][0]) if force else 1.0 for state in states])
     receptance, harmonics = {}, {}
@@ -73,9 +70,9 @@ def _sweep(run: Run, name: str, states: Sequence[SteadyState], force: str | None
         quantity = run.channels[channel].quantity
         if not is_response(quantity):
             continue
-        sizes = np.full((len(states), count), np.nan)
+        sizes = np.full((len(states), 7), np.nan)
         for row, state in zip(sizes, states, strict=True):
-            row[: len(state.amplitude[channel])] = np.abs(state.amplitude[channel][:count])
+            row[: len(state.amplitude[channel])] = np.abs(state.amplitude[channel][:7])
         harmonics[channel] = sizes
         receptance[channel] = per_force(sizes[:, 0] / drive, quantity, frequency_Hz)
     target = states[0]
@@ -151,15 +148,15 @@ def has_law(model: Fitted) -> bool:
     return any(np.any(law.vector) for law in model.baseline.laws)
 
 
-def law_bands(evidence: MeasuredData, model: Fitted, *, points: int = 120) -> tuple[LawBand, ...]:
+def law_bands(evidence: MeasuredData, model: Fitted) -> tuple[LawBand, ...]:
     """Each joint's identified softening and loss over their knots; nothing where the data had no sine steps."""
     if not has_law(model):
         return ()
     baseline, covariance = model.baseline, model.solution.covariance
     bands: list[LawBand] = []
     for joint, (law, (opening, slip)) in enumerate(zip(baseline.laws, law_reach(evidence, model), strict=True)):
-        o = np.geomspace(law.opening_knots[0], law.opening_knots[-1], points)
-        q = np.geomspace(law.slip_knots[0], law.slip_knots[-1], points)
+        o = np.geomspace(law.opening_knots[0], law.opening_knots[-1], 120)
+        q = np.geomspace(law.slip_knots[0], law.slip_knots[-1], 120)
         for quantity, x, basis, part, reach in (
             ("softening", o, law.softening_basis(o), baseline.softening(joint), opening),
             ("loss", q, law.loss_basis(q), baseline.loss(joint), slip),

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.answer.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
 from twin.views.curves import Fitted, LawBand, about_each_resonance, broadband_responses, laws_by_kind
 from twin.views.drawing import draw_band, dressed, entry, legend, log_ticks, panels

@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twin.arrays import Array
-from twin.diagnose.comparison import SweepComparison
-from twin.identify.forward_model import ForwardModel
-from twin.identify.linear_model import LinearParameters
+from twin.diagnose.answer.comparison import SweepComparison
+from twin.identify.forward.forward_model import ForwardModel
+from twin.identify.linear.linear_model import LinearParameters
+from twin.identify.linear.structural_modification import update_receptance
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.residual_model import ResidualModel
-from twin.identify.structural_modification import update_receptance
-from twin.identify.sweeps import rows_by_sweep
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.spectra.sweeps import rows_by_sweep
 from twin.structure import drawn_parts, layer_lines
 from twin.views.curves import Fitted, modelled_by, sensor_places
 

@@ -1,6 +1,7 @@
 """One linear solve of all finite elements, with the moduli that a law's file gives them: what the bench is held to."""
 
 import numpy as np
+from beam_rows import deflection
 
 from twin.structure import assemble, normal_modes
 
@@ -24,5 +25,5 @@ class FullElements:
         """Displacement at a channel's place per newton, with E' less by `softening` and G' lossy by `loss`."""
         s = self.structure
         K = s.stiffness(self.moduli.normal_modulus - softening, self.moduli.shear_modulus) + 1j * loss * s.joints[0].KG
-        load, row = (s.deflection(self.position_m[name]) for name in ("force", at))
+        load, row = (deflection(s, self.position_m[name]) for name in ("force", at))
         return row @ np.linalg.solve(K + 1j * omega * self.C - omega**2 * s.M, load)

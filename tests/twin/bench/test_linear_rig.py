@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 
 from twin.bench import no_law, open_bench
 from twin.rigs import Effect, load_rig
@@ -21,7 +22,7 @@ def channels_of(bench):
 def full_inertance(structure, E, G, position, drive):
     modes = normal_modes(structure.M, structure.stiffness(E, G))
     ratios = np.array([RIG.damping.modal_ratio[min(r, 3)] for r in range(len(modes.omega))])
-    a, b = structure.deflection(position) @ modes.Phi, structure.deflection(drive) @ modes.Phi
+    a, b = deflection(structure, position) @ modes.Phi, deflection(structure, drive) @ modes.Phi
     w = 2 * np.pi * FREQUENCY[:, None]
     return np.sum(-(w**2) * a * b / (modes.omega**2 - w**2 + 2j * ratios * modes.omega * w), axis=1)
 
@@ -103,8 +104,8 @@ def test_coil_current_obeys_ohm_at_low_frequency():
 @pytest.mark.parametrize(
     ("cause", "parameters", "change"),
     [
-        ("added-mass", {"position_m": 0.3, "mass_kg": 0.01}, lambda s: s.with_point_mass(0.3, 0.01)),
-        ("drive-mass", {"mass_kg": 0.05}, lambda s: s.with_point_mass(0.05, 0.05)),
+        ("added-mass", {"position_m": 0.3, "mass_kg": 0.01}, lambda s: s.with_mass_at(s.layout.place(0.3), 0.01)),
+        ("drive-mass", {"mass_kg": 0.05}, lambda s: s.with_mass_at(s.layout.place(0.05), 0.05)),
     ],
 )
 def test_mass_effects_shift_the_modes_as_the_elements_do(cause, parameters, change):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from beam_rows import axial, slope
+from beam_rows import axial, deflection, slope
 
 from recordings.streams import Excitation
 from twin.bench import no_law, open_bench
@@ -60,7 +60,7 @@ def test_transverse_sensitivity_shows_the_motion_of_the_surface_along_the_beam()
         bench = open_bench(rig, drive="force", joint_law=no_law())
         at = bench.built.locals + bench.built.auxiliaries + [c.name for c in bench.channels].index("acc1")
         found.append(bench.built.rig(0.0, 51200.0).transfer(resonances)[:, at, 0])
-    expected = share * (along @ modes.Phi) / (structure.deflection(0.30) @ modes.Phi)
+    expected = share * (along @ modes.Phi) / (deflection(structure, 0.30) @ modes.Phi)
     np.testing.assert_allclose(found[1] / found[0] - 1, expected, rtol=0.02)
 
 

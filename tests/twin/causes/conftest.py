@@ -8,14 +8,15 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 from scipy.linalg import eigh
 
 from recordings.run import Run, Step, StepState
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.broadband import BinnedResponse
-from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_model import Output, build_linear_model, nominal_parameters
+from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.spectra.broadband import BinnedResponse
 from twin.rigs import load_rig
 from twin.structure import Structure, assemble
 
@@ -53,7 +54,7 @@ class DenseRig:
             K=K0 + base.E * (1 + 1j * base.loss_E) * KE + base.G * (1 + 1j * base.loss_G) * KG,
             damped_by=K0 + nominal.normal_modulus * KE + nominal.shear_modulus * KG,
             zeta=tuple(base.zeta),
-            drive=structure.deflection(RIG.drive.position),
+            drive=deflection(structure, RIG.drive.position),
             rows=np.array([structure.row(output.place) for output in OUTPUTS]),
         )
 

@@ -11,11 +11,11 @@ from twin.bench import no_law, open_bench
 from twin.bench.layer import law_from_table
 from twin.diagnose.models import CAUSES
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.harmonics import harmonic_residuals
-from twin.identify.joint_law import LayerLaw, choose_knots
 from twin.identify.limits import LIMITS
-from twin.identify.linear_model import nominal_parameters
-from twin.identify.residual_model import ResidualModel
+from twin.identify.linear.linear_model import nominal_parameters
+from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots
+from twin.identify.residuals.harmonics import harmonic_residuals
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.joint import describing_function
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, LayerLawTable

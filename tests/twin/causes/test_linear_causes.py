@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from beam_rows import axial, curvature
+from beam_rows import axial, curvature, deflection
 from scipy.integrate import simpson
 from scipy.signal import freqs
 
 from twin.diagnose.models import CAUSES
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.structure import assemble
 
 NEAR = 2e-4
@@ -58,7 +58,7 @@ def test_the_base_model_is_the_dense_rig(by_hand, dense, baseline, omega):
 @pytest.mark.parametrize(("position_m", "mass_kg"), [(0.42, 0.006), (0.13, 0.05), (0.29, -0.01)])
 def test_added_mass(compare, dense, structure, omega, position_m, mass_kg):
     """It resists along the beam as well as across it."""
-    rows = np.array([structure.deflection(position_m), axial(structure, position_m)])
+    rows = np.array([deflection(structure, position_m), axial(structure, position_m)])
     extra = -(omega[:, None, None] ** 2) * mass_kg * (rows.T @ rows)
     compare("added-mass", dense.response(omega, extra=extra), {"position_m": position_m, "mass_kg": mass_kg})
 
@@ -75,7 +75,7 @@ def test_stinger_stiffness(compare, dense, omega):
 
 
 def test_viscous_damper(compare, dense, structure, omega):
-    row = structure.deflection(0.35)
+    row = deflection(structure, 0.35)
     extra = 1j * omega[:, None, None] * 0.7 * np.outer(row, row)
     compare("viscous-damper", dense.response(omega, extra=extra), {"damping_Ns_per_m": 0.7, "position_m": 0.35})
 
@@ -85,7 +85,7 @@ def test_attached_resonator(compare, dense, structure, omega):
     m, frequency_Hz, ratio, place = 0.004, 140.0, 0.03, 0.38
     w = 2 * np.pi * frequency_Hz
     k, d = m * w**2, 2 * ratio * m * w
-    pull = np.append(structure.deflection(place), -1.0)
+    pull = np.append(deflection(structure, place), -1.0)
     n = len(pull)
     Z = np.zeros((len(omega), n, n), complex)
     s = omega[:, None, None]
@@ -197,7 +197,7 @@ def test_a_small_stiffness_loss(by_hand, dense, structure, baseline, omega, posi
 
 
 def test_drive_position(compare, dense, structure, omega):
-    moved = dense.having(drive=structure.deflection(0.05 + 0.004))
+    moved = dense.having(drive=deflection(structure, 0.05 + 0.004))
     compare("drive-position", moved.response(omega), {"offset_m": 0.004}, channel="force")
 
 
@@ -205,8 +205,8 @@ def test_drive_position(compare, dense, structure, omega):
 def test_sensor_position(compare, by_hand, dense, structure, omega, index, place, mass_kg):
     """It takes its mass along, which the rig file knows of the two accelerometers."""
     rows = dense.rows.copy()
-    rows[index] = structure.deflection(place - 0.003)
-    here, there = (np.array([structure.deflection(x), axial(structure, x)]) for x in (place, place - 0.003))
+    rows[index] = deflection(structure, place - 0.003)
+    here, there = (np.array([deflection(structure, x), axial(structure, x)]) for x in (place, place - 0.003))
     extra = -(omega[:, None, None] ** 2) * mass_kg * (there.T @ there - here.T @ here)
     channel = by_hand.outputs[index].channel
     expected = dense.having(rows=rows).response(omega, extra=extra)
@@ -305,7 +305,7 @@ def test_cross_talk(compare, dense, omega, channel, source):
 
 
 def test_two_causes_at_once_are_both_there(by_hand, dense, structure, baseline, omega):
-    rows = np.array([structure.deflection(0.42), axial(structure, 0.42)])
+    rows = np.array([deflection(structure, 0.42), axial(structure, 0.42)])
     extra = -(omega[:, None, None] ** 2) * 0.006 * (rows.T @ rows)
     extra = extra + 8e3 * np.outer(dense.drive, dense.drive)
     expected = seen(dense.response(omega, extra=extra), "acc1", np.full(len(omega), 1.07))

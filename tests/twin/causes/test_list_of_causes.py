@@ -12,9 +12,9 @@ from twin.diagnose.cause import strengths_of
 from twin.diagnose.effects import acting_effects
 from twin.diagnose.fitted_model import modification_of
 from twin.diagnose.models import CAUSES
-from twin.identify.harmonics import harmonic_residuals
 from twin.identify.model_modification import ModelModification
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.harmonics import harmonic_residuals
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.rigs import Effect
 
 MODELLED = {name: parameters for name, parameters in CONTRACT.items() if name not in SEEN_IN_SAMPLES}

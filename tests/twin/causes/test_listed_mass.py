@@ -8,8 +8,8 @@ from recordings.errors import InputError
 from twin.diagnose.effects import acting_effects
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import starting_baseline
-from twin.identify.linear_model import build_linear_model, nominal_parameters
-from twin.identify.residual_model import ResidualModel
+from twin.identify.linear.linear_model import build_linear_model, nominal_parameters
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.responses import gather_responses
 from twin.rigs import Effect
 

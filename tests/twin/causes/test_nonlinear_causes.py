@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 
 from twin.diagnose.models import CAUSES
-from twin.identify.harmonics import harmonic_residuals
 from twin.identify.model_modification import NoiseMotion
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.harmonics import harmonic_residuals
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.joint import jenkins
 from twin.structure import layer_points
 
@@ -123,7 +124,7 @@ def test_a_local_force_acts_with_its_equivalent_stiffness(by_hand, dense, struct
     values = ACTING[name]
     scale, *_ = (values[key] / LOCAL[name][0][key] for key in values)
     omega = 2 * np.pi * np.linspace(25.8, 27.2, 15)
-    row = structure.deflection(0.3)
+    row = deflection(structure, 0.3)
     driven = dense.displacement(omega) @ row
     own = dense.displacement(omega, np.tile(row, (len(omega), 1))) @ row
     amplitude = drive * np.abs(driven)
@@ -155,7 +156,7 @@ def test_a_stops_harmonics_reach_the_channels_as_the_dense_rig_carries_them(by_h
     residual_model = ResidualModel(evidence, CAUSES["ground-stop"].modification(evidence, {}, values), harmonics)
     R, _, balance = residual_model.step_receptance(baseline)
     found = residual_model.extra_harmonics(baseline, R, balance)
-    row = structure.deflection(place)
+    row = deflection(structure, place)
     motion = force * (dense.displacement(omega) @ row)
     for i, h in enumerate(harmonics.orders):
         strikes = np.array([sampled(LOCAL["ground-stop"][1], a, OMEGA)[h - 1] for a in np.abs(motion)]) * k / 900.0

@@ -8,9 +8,9 @@ import pytest
 
 from twin.causes.joint_stiffness.model import JointStiffness
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_fit import MODULI_STD
-from twin.identify.linear_model import nominal_parameters
+from twin.identify.linear.linear_fit import MODULI_STD
+from twin.identify.linear.linear_model import nominal_parameters
+from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.rigs import load_rig
 
 

@@ -5,7 +5,7 @@ from small_rigs import DRAWN, rig_file
 
 from twin.campaign.plan import fitting_causes
 from twin.diagnose.models import CAUSES
-from twin.identify.predict import blank_data
+from twin.identify.forward.predict import blank_data
 from twin.rigs import RIG_FILES, load_rig
 
 OF_JOINTS = ("joint-stiffness", "joint-slap", "joint-uneven", "preload-loss")

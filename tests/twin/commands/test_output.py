@@ -12,7 +12,7 @@ from rich.console import Console
 from twin.commands.common import output
 from twin.commands.common.stages import Stages
 from twin.commands.diagnose import _tell
-from twin.diagnose.result import Estimate, NamedCause
+from twin.diagnose.answer.result import Estimate, NamedCause
 
 NAME = "up[/x] [red]\x1b[2J"
 SHOWN = "up[/x] [red]?[2J"

@@ -11,9 +11,9 @@ from recordings import read_run
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import fit_base
-from twin.identify.harmonics import harmonic_residuals
 from twin.identify.measured_data import gather_data
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.harmonics import harmonic_residuals
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 

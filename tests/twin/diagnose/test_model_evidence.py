@@ -11,14 +11,14 @@ from recordings import read_run
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fitted
 from twin.diagnose.model_evidence import Tolerances, infer_errors, with_spread
 from twin.diagnose.models import CAUSES
-from twin.identify import error_model
 from twin.identify.base_fit import starting_baseline
-from twin.identify.error_model import SOUND, Discrepancy, ErrorModel, log_prior
 from twin.identify.gauss_newton import minimise
 from twin.identify.measured_data import gather_data
 from twin.identify.model_modification import ModelModification
-from twin.identify.residual_model import ResidualModel
-from twin.identify.sweeps import rows_by_sweep
+from twin.identify.residuals import error_model
+from twin.identify.residuals.error_model import SOUND, Discrepancy, ErrorModel, log_prior
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.spectra.sweeps import rows_by_sweep
 from twin.rigs import load_rig
 
 LABEL = {"channel": "acc1"}

@@ -20,7 +20,7 @@ from twin.diagnose.models import CAUSES
 from twin.diagnose.parallel_map import parallel_map
 from twin.identify.base_fit import fit_base
 from twin.identify.measured_data import gather_data
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 

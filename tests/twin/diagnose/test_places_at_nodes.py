@@ -8,7 +8,7 @@ from twin.bench import open_bench
 from twin.demo import broadband
 from twin.diagnose import diagnose
 from twin.diagnose.places import from_told_place, node_field, place_at, place_labels, position, told_place
-from twin.identify.predict import blank_data
+from twin.identify.forward.predict import blank_data
 from twin.procedures import DirectAcquisition, run_procedure
 from twin.rigs import Effect, Place, load_rig, preload_record
 from twin.structure import NodeField

@@ -10,9 +10,9 @@ import pytest
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, LOG_ODDS_OF_UNKNOWN
-from twin.diagnose.search import Search, Stage
+from twin.diagnose.selection.search import Search, Stage
 from twin.diagnose.verdict import decide, named_causes, posterior_of, rivals_of
-from twin.identify.error_model import SOUND
+from twin.identify.residuals.error_model import SOUND
 
 FINDING = SimpleNamespace(
     cause="clipping", summary="", names={"channel": "acc1"}, values={"level": 3.0}, std={"level": 0.1}

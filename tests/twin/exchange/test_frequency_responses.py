@@ -173,7 +173,7 @@ def test_a_run_without_force_or_sweep_is_refused(broadband: Run, tmp_path: Path)
 
 def test_averages_are_what_the_scatter_of_h1_says():
     """Noise on the response: the variance of H1 is (1 - g2) / (2 n g2) of its square, of each part."""
-    from twin.identify.spectrum import BroadbandRecord, h1
+    from twin.identify.spectra.spectrum import BroadbandRecord, h1
 
     rng = np.random.default_rng(8)
     force, noise = rng.standard_normal((2, 400_000))

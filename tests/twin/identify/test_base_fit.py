@@ -8,16 +8,17 @@ from circular_noise import circular
 from scipy.stats import chi2
 
 from twin.bench import open_bench
-from twin.identify import base_fit, forward_model
+from twin.identify import base_fit
 from twin.identify.base_fit import fit_base, law_from_steps
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import SOUND
-from twin.identify.joint_law import LayerLaw
+from twin.identify.forward import forward_model
 from twin.identify.limits import LIMITS
-from twin.identify.linear_model import nominal_parameters
+from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
-from twin.identify.opening_harmonics import balance_openings
-from twin.identify.residual_model import ResidualModel
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.nonlinear.opening_harmonics import balance_openings
+from twin.identify.residuals.error_model import SOUND
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.joint import Saturating
 from twin.response import HarmonicBalance
 from twin.rigs import load_rig

@@ -6,8 +6,8 @@ import pytest
 from recordings import read_run
 from studies.force_levels import with_polynomials
 from twin.identify import gather_data
+from twin.identify.forward.predict import RigResponse, blank_data
 from twin.identify.identified import identify_rig
-from twin.identify.predict import RigResponse, blank_data
 from twin.rigs import load_rig, save_rig
 
 

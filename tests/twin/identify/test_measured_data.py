@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 
 from recordings import InputError
 from recordings.run import Channel, DeviceSamples, Run, Step, StepState
 from twin.identify import gather_data
-from twin.identify.linear_model import nominal_parameters
+from twin.identify.linear.linear_model import nominal_parameters
 from twin.rigs import load_rig
 from twin.structure import normal_modes
 
@@ -178,7 +179,7 @@ def shaken(steel_model):
     base = nominal_parameters(STEEL)
     modes = normal_modes(s.M, s.stiffness(base.E, base.G))
     zeta = np.concatenate([base.zeta[:4], np.full(len(modes.omega) - 4, base.zeta[4])])
-    residues = np.array([s.deflection(0.30), s.deflection(0.42)]) @ modes.Phi * (s.deflection(0.05) @ modes.Phi)
+    residues = np.array([deflection(s, 0.30), deflection(s, 0.42)]) @ modes.Phi * (deflection(s, 0.05) @ modes.Phi)
     rng = np.random.default_rng(5)
     count = int(period * fine)
     f = np.fft.rfftfreq(count, 1 / fine)

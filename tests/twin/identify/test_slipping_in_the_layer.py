@@ -12,9 +12,9 @@ from twin.bench import open_bench
 from twin.diagnose.fitted_model import CauseHypothesis, fit_model, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import law_from_steps
-from twin.identify.error_model import SOUND, continuation
-from twin.identify.linear_model import nominal_parameters
-from twin.identify.residual_model import ResidualModel
+from twin.identify.linear.linear_model import nominal_parameters
+from twin.identify.residuals.error_model import SOUND, continuation
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, load_rig
 

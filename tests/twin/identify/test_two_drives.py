@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 from drawn_frames import CLAMP, SHAKER, beam, drawn, read
 
 from recordings import InputError, read_run
@@ -12,11 +13,11 @@ from twin.checks import first_look
 from twin.diagnose.fitted_model import CauseHypothesis, fit_model
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import fit_base
-from twin.identify.forward_model import ForwardModel
-from twin.identify.linear_model import nominal_parameters
+from twin.identify.forward.forward_model import ForwardModel
+from twin.identify.forward.predict import blank_data
+from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import gather_data
-from twin.identify.predict import blank_data
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.rig_channels import drive_of, own_channels
 from twin.procedures import Random, SteppedSine
 from twin.rehearsal import NominalRig, open_twin, rehearse
@@ -70,7 +71,7 @@ def dense_response(rig, drive, omega):
     shapes = s.M @ modes.Phi
     C = shapes @ np.diag(2 * 0.01 * modes.omega) @ shapes.T
     rows = np.array([s.row(rig.place_of(name)) for name in ("acc1", "acc2")])
-    load = {"+y": 1, "-y": -1}[DIRECTIONS[drive]] * s.deflection(AT[drive])
+    load = {"+y": 1, "-y": -1}[DIRECTIONS[drive]] * deflection(s, AT[drive])
     return np.array([-(w**2) * rows @ np.linalg.solve(s.K0 + 1j * w * C - w**2 * s.M, load) for w in omega])
 
 

@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twin.identify import forward_model
 from twin.identify.base_fit import fit_base
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.harmonics import harmonic_residuals
-from twin.identify.joint_law import LayerLaw
+from twin.identify.forward import forward_model
+from twin.identify.forward.predict import RigResponse, blank_data
 from twin.identify.limits import LIMITS
-from twin.identify.linear_model import Output, build_linear_model, nominal_parameters
+from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import HARMONICS
 from twin.identify.model_modification import ModelModification
-from twin.identify.opening_harmonics import balance_openings
-from twin.identify.predict import RigResponse, blank_data
-from twin.identify.residual_model import ResidualModel
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.nonlinear.opening_harmonics import balance_openings
+from twin.identify.residuals.harmonics import harmonic_residuals
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.updated_rig import updated_rig
 from twin.rigs import load_rig
 from twin.structure import layer_points

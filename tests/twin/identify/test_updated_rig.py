@@ -10,7 +10,7 @@ from recordings.numbers import LARGEST
 from twin.bench.layer import law_from_table
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
-from twin.identify.joint_law import LayerLaw
+from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.updated_rig import updated_rig
 from twin.structure import normal_modes
 

@@ -29,7 +29,7 @@ def rehearsed(tmp_path, procedure, bits=24, **rig):
         return Resonator(bits=bits, **rig)
 
     first = rehearse(procedure, make(), tmp_path / "run.mcap", nominal=nominal)
-    return first, lambda: rehearse_until_clear(first, lambda _: make(), tmp_path / "improved.mcap", nominal=nominal)
+    return first, lambda: rehearse_until_clear(first, lambda _: make(), tmp_path / "improved.mcap")
 
 
 def kinds(one):

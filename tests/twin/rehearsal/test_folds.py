@@ -34,7 +34,7 @@ def test_a_jump_between_coarse_steps_is_told_as_a_jump_and_then_resolved(tmp_pat
     (caution,) = first.cautions
     assert (caution.kind, caution.severity) == ("jump-ahead", "warning")
     assert f"up at {up_Hz:.7g} Hz, down at {down_Hz:.7g} Hz" in caution.reason
-    better = rehearse_until_clear(first, lambda _: bench(), tmp_path / "improved.mcap", nominal=nominal, rounds=1)
+    better = rehearse_until_clear(first, lambda _: bench(), tmp_path / "improved.mcap", rounds=1)
     assert better.remaining == ()
     assert len(better.rehearsal.result.steps) < 150
     for sweep, fold_Hz in (("4N-up", up_Hz), ("4N-down", down_Hz)):
@@ -51,7 +51,7 @@ def test_a_wide_band_is_refined_near_its_resonance_only(tmp_path):
     nominal = NominalRig(damping_ratio=0.0023)
     first = rehearse(asked, Resonator(), tmp_path / "run.mcap", nominal=nominal)
     assert [c.kind for c in first.cautions] == ["grid-too-coarse"]
-    better = rehearse_until_clear(first, lambda _: Resonator(), tmp_path / "improved.mcap", nominal=nominal)
+    better = rehearse_until_clear(first, lambda _: Resonator(), tmp_path / "improved.mcap")
     assert better.clear
     frequencies = better.rehearsal.procedure.frequencies
     assert len(frequencies) < 40 + 100
@@ -70,7 +70,7 @@ def test_an_adaptive_grid_that_passes_over_the_peak_is_refined_round_by_round(tm
     first = rehearse(asked, Resonator(), tmp_path / "run.mcap", nominal=nominal)
     rounds = []
     better = rehearse_until_clear(
-        first, lambda _: Resonator(), tmp_path / "improved.mcap", nominal=nominal, rounds=9, on_round=rounds.append
+        first, lambda _: Resonator(), tmp_path / "improved.mcap", rounds=9, on_round=rounds.append
     )
     assert len(rounds) > 1
     assert all(b.grid.step < a.grid.step for a, b in itertools.pairwise([asked, *rounds]))
@@ -82,7 +82,7 @@ def test_what_is_left_after_the_last_round_is_said(tmp_path):
     asked = SteppedSine(grid=grid, amplitudes=[0.5], measure=Measure(seconds=1.0))
     nominal = NominalRig(damping_ratio=0.0023)
     first = rehearse(asked, Resonator(), tmp_path / "run.mcap", nominal=nominal)
-    better = rehearse_until_clear(first, lambda _: Resonator(), tmp_path / "improved.mcap", nominal=nominal, rounds=1)
+    better = rehearse_until_clear(first, lambda _: Resonator(), tmp_path / "improved.mcap", rounds=1)
     assert not better.clear
     assert better.remaining == ("grid-too-coarse",)
 

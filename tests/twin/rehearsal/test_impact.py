@@ -29,7 +29,7 @@ def test_records_that_end_too_early_are_told_and_lengthened(tmp_path):
     (caution,) = first.cautions
     assert (caution.kind, caution.severity) == ("too-short", "warning")
     assert all(step.amplitude == pytest.approx(5.0, rel=0.35) for step in first.rehearsal.result.steps)
-    better = rehearse_until_clear(first, bench, tmp_path / "better.mcap", nominal=nominal)
+    better = rehearse_until_clear(first, bench, tmp_path / "better.mcap")
     assert better.clear
     record_s = better.rehearsal.procedure.record
     assert math.exp(-0.0015 * 2 * math.pi * 175.2 * record_s) < 0.05

@@ -35,11 +35,11 @@ def rms_in_band(recording, channel, low_Hz, high_Hz):
 def rehearsed(tmp_path, duration_s):
     procedure = Random(band=(5.0, 1000.0), rms=0.5, duration=duration_s)
     nominal = NominalRig.of(STEEL, preload="120N")
-    return rehearse(procedure, bench(procedure), tmp_path / "run.mcap", nominal=nominal), nominal
+    return rehearse(procedure, bench(procedure), tmp_path / "run.mcap", nominal=nominal)
 
 
 def test_noise_shows_the_rigs_modes_with_their_damping(tmp_path):
-    first, _ = rehearsed(tmp_path, 60.0)
+    first = rehearsed(tmp_path, 60.0)
     assert first.clear
     (noise,) = noise_tables(first.rehearsal, first.recording)
     expected = modelled_rig(STEEL).modes.frequency_Hz[:4]
@@ -57,13 +57,13 @@ def test_noise_shows_the_rigs_modes_with_their_damping(tmp_path):
 
 
 def test_noise_too_short_for_the_lowest_mode_is_told_and_lengthened(tmp_path):
-    first, nominal = rehearsed(tmp_path, 0.3)
+    first = rehearsed(tmp_path, 0.3)
     (caution,) = first.cautions
     assert caution.kind == "too-short"
     assert caution.severity == "warning"
     (noise,) = noise_tables(first.rehearsal, first.recording)
     assert noise_section(noise).pictures[0].draw().axes
-    better = rehearse_until_clear(first, bench, tmp_path / "better.mcap", nominal=nominal)
+    better = rehearse_until_clear(first, bench, tmp_path / "better.mcap")
     assert better.clear
     assert better.rehearsal.procedure.duration * WIDTH_Hz >= 8.0
 

@@ -30,7 +30,7 @@ def improved(tmp_path, procedure, rounds=1):
         return open_twin(STEEL, procedure, preload="120N", seed=0, source="steel")
 
     first = rehearse(procedure, make(), tmp_path / "run.mcap", nominal=nominal)
-    return first, rehearse_until_clear(first, make, tmp_path / "improved.mcap", nominal=nominal, rounds=rounds)
+    return first, rehearse_until_clear(first, make, tmp_path / "improved.mcap", rounds=rounds)
 
 
 def frequencies_Hz(rehearsed):

@@ -9,11 +9,12 @@ import sys
 from functools import cache
 
 import numpy as np
+from beam_rows import deflection
 
 from twin.bench import JointLaw, no_law, open_bench
+from twin.identify.forward.predict import RigResponse, blank_data
 from twin.identify.gauss_newton import minimise
 from twin.identify.modes import fit_modes
-from twin.identify.predict import RigResponse, blank_data
 from twin.joint import iwan
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, LayerLawTable, load_rig
@@ -86,7 +87,7 @@ def responses():
     modes = normal_modes(s.M, s.stiffness(3.9e8, 7.6e7), 6)
     f = np.concatenate([np.arange(20.0, 34.0, 1 / 8), np.arange(100.0, 400.0, 1.0)])
     w, W = 2 * np.pi * f[:, None], modes.omega
-    shapes = np.array([s.deflection(0.30), s.deflection(0.42)]) @ modes.Phi * (s.deflection(0.05) @ modes.Phi)
+    shapes = np.array([deflection(s, 0.30), deflection(s, 0.42)]) @ modes.Phi * (deflection(s, 0.05) @ modes.Phi)
     H = -(w**2) * ((1 / (W**2 - w**2 + 2j * 2.5e-3 * W * w)) @ shapes.T)
     rng = np.random.default_rng(1)
     std = 0.01 * (np.abs(H) + np.median(np.abs(H), axis=0))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 from scipy.linalg import eig
 
 from studies.tables import load_study
@@ -67,7 +68,7 @@ def test_a_mode_by_a_dense_solver_has_the_same_frequency_damping_and_moduli(numb
     k = np.concatenate([-softening(found.motion_m[-1, :3]) + 0j, 1j * loss(found.motion_m[-1, 3:])])
     values, vectors = eig(K + (points.rows.T * (points.weights * k)) @ points.rows, s.M)
     at = np.argmin(np.abs(values - found.eigenvalue[-1]))
-    shape = vectors[:, at] / (s.deflection(0.42) @ vectors[:, at]) * X * reference / abs(values[at])
+    shape = vectors[:, at] / (deflection(s, 0.42) @ vectors[:, at]) * X * reference / abs(values[at])
     assert values[at] == pytest.approx(found.eigenvalue[-1], rel=1e-7)
     np.testing.assert_allclose(np.abs(points.rows @ shape), found.motion_m[-1], rtol=1e-4)
     uniform = K - found.softening[-1] * s.joints[0].KE + 1j * found.loss[-1] * s.joints[0].KG

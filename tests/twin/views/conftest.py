@@ -13,19 +13,19 @@ import pytest
 
 from recordings import Run
 from studies.force_levels import with_polynomials
-from twin.diagnose.comparison import compare_sweeps, predicted_steps
-from twin.diagnose.exclusion import Exclusion
+from twin.diagnose.answer.comparison import compare_sweeps, predicted_steps
+from twin.diagnose.answer.exclusion import Exclusion
+from twin.diagnose.answer.result import Diagnosis, Estimate, Gain, HeldOutError, Misfit, NamedCause
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
 from twin.diagnose.models import CAUSES
-from twin.diagnose.result import Diagnosis, Estimate, Gain, HeldOutError, Misfit, NamedCause
-from twin.diagnose.search import Search
+from twin.diagnose.selection.search import Search
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.broadband import BinnedResponse
 from twin.identify.identified import identify_rig
-from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_model import Output, build_linear_model, nominal_parameters
+from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
-from twin.identify.sine_fit import SteadyState
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.spectra.broadband import BinnedResponse
+from twin.identify.spectra.sine_fit import SteadyState
 from twin.lab.identified_joint import IdentifiedJoint
 from twin.rigs import load_rig
 from twin.views.curves import broadband_responses

@@ -14,8 +14,8 @@ from rerun.chunk import RrdReader
 from recordings import Channel, DeviceSamples, Event, Run, SampleBlock, Step, StepState
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import SOUND
 from twin.identify.gauss_newton import Solution
+from twin.identify.residuals.error_model import SOUND
 
 RATE_Hz = 1024.0
 NATURAL_Hz, RATIO, STIFFNESS = 25.0, 0.02, 2000.0

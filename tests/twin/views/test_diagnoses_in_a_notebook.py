@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from twin.diagnose.result import Diagnosis
+from twin.diagnose.answer.result import Diagnosis
 from twin.lab.diagnosed import DiagnosedRecordings
 from twin.rigs import Rig
 

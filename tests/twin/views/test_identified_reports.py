@@ -11,7 +11,7 @@ import pytest
 
 from recordings import InputError
 from twin.identify.identified import Estimate
-from twin.identify.linear_fit import MODULI_STD
+from twin.identify.linear.linear_fit import MODULI_STD
 from twin.lab import load_rig
 from twin.lab.identified_joint import IdentifiedJoint
 from twin.lab.identified_mode import IdentifiedMode

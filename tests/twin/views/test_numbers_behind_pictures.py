@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from recorded_views import LEVELS_N, FREQUENCIES_Hz, fitted_model, sdof_receptance
 
 from recordings import Run
+from twin.diagnose.answer.result import Diagnosis, Estimate
 from twin.diagnose.fitted_model import CauseHypothesis, modification_of
 from twin.diagnose.models import CAUSES
-from twin.diagnose.result import Diagnosis, Estimate
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.joint_law import LayerLaw
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residual_model import ResidualModel
+from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.structure import drawn_parts
 from twin.views.curves import (
     broadband_responses,

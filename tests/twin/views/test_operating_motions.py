@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from recorded_views import columns, value_at
 
-from twin.diagnose.comparison import predicted_steps
+from twin.diagnose.answer.comparison import predicted_steps
+from twin.diagnose.answer.result import Diagnosis
 from twin.diagnose.fitted_model import modification_of
 from twin.diagnose.models import CAUSES
-from twin.diagnose.result import Diagnosis
 from twin.identify.gauss_newton import Solution
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.structure import drawn_parts
 from twin.views.operating import Motion, operating_motions
 from twin.views.rerun.diagnosis import save_diagnosis

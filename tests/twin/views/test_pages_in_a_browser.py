@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from needed import package, program
 
-from twin.diagnose.result import Diagnosis
+from twin.diagnose.answer.result import Diagnosis
 from twin.lab import load_rig
 from twin.lab.identified_joint import IdentifiedJoint
 from twin.views import page as pages

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from recordings import InputError
-from twin.diagnose.result import Diagnosis
+from twin.diagnose.answer.result import Diagnosis
 from twin.views import page as pages
 from twin.views.reports.diagnosis import diagnosis_page
 from twin.views.reports.rehearsal import rehearsal_page

@@ -10,7 +10,7 @@ import pytest
 from recorded_views import FREQUENCIES_Hz, columns, sdof_receptance, value_at, verify, view_origins
 
 from recordings import InputError, Run
-from twin.diagnose.result import Diagnosis
+from twin.diagnose.answer.result import Diagnosis
 from twin.views.curves import stepped_sweeps
 from twin.views.rerun import run as rerun_run
 from twin.views.rerun.diagnosis import save_diagnosis

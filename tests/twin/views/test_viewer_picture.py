@@ -11,7 +11,7 @@ import pytest
 from needed import needs
 from recorded_views import CHANNELS, FREQUENCIES_Hz, RATE_Hz, sdof_receptance
 
-from twin.diagnose.result import Diagnosis
+from twin.diagnose.answer.result import Diagnosis
 from twin.procedures import SteppedSine, StepResult
 from twin.views.live.about import LiveAbout
 from twin.views.live.view import LiveView

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from twin.diagnose.result import Estimate, NamedCause
-from twin.identify.predict import blank_data
+from twin.diagnose.answer.result import Estimate, NamedCause
+from twin.identify.forward.predict import blank_data
 from twin.rigs import Place, load_rig
 from twin.structure import point_of
 from twin.views.reports.where import region, where_figure, where_section

@@ -17,8 +17,8 @@ from twin.diagnose.cause import (
     thresholds,
 )
 from twin.identify.joint_motion import largest_motion
+from twin.identify.linear.receptance import ModalBasis
 from twin.identify.model_modification import Attachment, ModelModification, NonlinearForce
-from twin.identify.receptance import ModalBasis
 from twin.identify.slipping import RIPPLES, Slider
 from twin.structure import Structure, layer_points
 

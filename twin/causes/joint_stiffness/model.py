@@ -15,7 +15,7 @@ from twin.diagnose.cause import (
     joint_number,
 )
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.linear_fit import MODULI_STD
+from twin.identify.linear.linear_fit import MODULI_STD
 
 SCALE = 0.7
 """Half or twice what was assumed is usual."""

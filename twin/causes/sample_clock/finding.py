@@ -8,7 +8,7 @@ from recordings.run import Run
 from twin.diagnose.signals.clock import with_clock
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.limits import LIMITS
-from twin.identify.sine_fit import SteadyState, steady_states
+from twin.identify.spectra.sine_fit import SteadyState, steady_states
 
 LEAST_STEPS = 8
 

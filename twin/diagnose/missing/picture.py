@@ -13,11 +13,11 @@ from twin.diagnose.missing.terms import TERMS, Term
 from twin.diagnose.model_evidence import fit_with_errors
 from twin.diagnose.places import along_beam, place_at
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, log_weight
-from twin.diagnose.search import Report, Search, search_causes
+from twin.diagnose.selection.search import Report, Search, search_causes
 from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residual_model import ResidualModel
-from twin.identify.sweeps import rows_by_sweep
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.spectra.sweeps import rows_by_sweep
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,5 +1,3 @@
 """The measurement that would tell rival causes apart, for the least time on the rig."""
 
 from twin.diagnose.next_test.plan import plan_next_test
-
-__all__ = ["plan_next_test"]

@@ -8,13 +8,13 @@ from recordings.beside import temporary_folder
 from recordings.errors import InputError
 from recordings.run import Run
 from recordings.streams import SampleSource
+from twin.diagnose.answer.result import NextSensor, NextTest
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import predict_test_data
 from twin.diagnose.next_test.proposal import Proposal, propose
 from twin.diagnose.next_test.sensor_place import SensorPlace, best_sensor_place
 from twin.diagnose.next_test.separation import Promise, least_promise
-from twin.diagnose.result import NextSensor, NextTest
 from twin.identify.measured_data import MeasuredData
 from twin.identify.time_limit import time_is_up
 from twin.procedures import Procedure, save_procedure
@@ -124,7 +124,7 @@ def _rehearsed(proposal: Proposal, extended: Rig, preload: str) -> Rehearsed:
 
     with temporary_folder("twin-next-test") as folder:
         first = rehearse(proposal.procedure, twin(proposal.procedure), folder / "first.mcap", nominal=nominal)
-        better = rehearse_until_clear(first, twin, folder / "better.mcap", nominal=nominal, rounds=LIMITS.plan_rounds)
+        better = rehearse_until_clear(first, twin, folder / "better.mcap", rounds=LIMITS.plan_rounds)
     return better or first
 
 

@@ -9,12 +9,12 @@ from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_noise import predicted_bins
 from twin.diagnose.next_test.proposal import Proposal
-from twin.identify.broadband import BinnedResponse
-from twin.identify.harmonics import harmonic_residuals
 from twin.identify.measured_data import MeasuredData, StepArrays
-from twin.identify.residual_model import ResidualModel
-from twin.identify.resonances import same_resonance
-from twin.identify.whitening import HarmonicResiduals
+from twin.identify.residuals.harmonics import harmonic_residuals
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.residuals.whitening import HarmonicResiduals
+from twin.identify.spectra.broadband import BinnedResponse
+from twin.identify.spectra.resonances import same_resonance
 from twin.procedures import Random, SteppedSine
 
 

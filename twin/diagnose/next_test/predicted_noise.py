@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from twin.diagnose.fitted_model import FittedModel, modification_of
-from twin.identify.broadband import BinnedResponse, response_bins
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.spectra.broadband import BinnedResponse, response_bins
 from twin.procedures import Random
 
 

@@ -13,10 +13,10 @@ from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import PredictedData
 from twin.diagnose.next_test.separation import Promise, least_promise
-from twin.identify.broadband import BinnedResponse
-from twin.identify.linear_model import Output
+from twin.identify.linear.linear_model import Output
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residual_model import ResidualModel
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.spectra.broadband import BinnedResponse
 from twin.rigs import BeamPart, Place
 
 __all__ = ["SensorPlace", "best_sensor_place"]

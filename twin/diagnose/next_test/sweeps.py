@@ -9,10 +9,10 @@ from twin.arrays import Array
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.next_test.limits import LIMITS
 from twin.identify.limits import LIMITS as IDENTIFY
+from twin.identify.linear.structural_modification import update_receptance
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residual_model import ResidualModel
-from twin.identify.resonances import by_resonance, same_resonance
-from twin.identify.structural_modification import update_receptance
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.spectra.resonances import by_resonance, same_resonance
 
 
 @dataclass(frozen=True)

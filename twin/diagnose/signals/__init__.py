@@ -5,25 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from recordings.container.stored import with_samples
 from recordings.run import Run
-from recordings.stored import with_samples
 from twin.cause_registry import FINDINGS
 from twin.diagnose.signals.clock import as_known, with_clock
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.sidebands import Sidebands, find_sidebands
 from twin.diagnose.signals.unsettled import find_unsettled
-from twin.identify.sine_fit import Line
-
-__all__ = [
-    "Finding",
-    "Sidebands",
-    "as_known",
-    "find_sidebands",
-    "find_unsettled",
-    "foreign_lines",
-    "inspect_signals",
-    "mended",
-]
+from twin.identify.spectra.sine_fit import Line
 
 
 def inspect_signals(runs: Sequence[Run]) -> list[Finding]:

@@ -14,7 +14,7 @@ from recordings.sweeps import Stretch, sweeps
 from twin.arrays import Array
 from twin.diagnose.signals.limits import LIMITS
 from twin.diagnose.signals.remainder import remainders
-from twin.identify.sine_fit import Line
+from twin.identify.spectra.sine_fit import Line
 
 MOST_STEPS, LEAST_STEPS = 48, 8
 

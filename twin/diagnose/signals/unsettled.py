@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.limits import LIMITS
-from twin.identify.settled import still_changing
-from twin.identify.sine_fit import SteadyState
-from twin.identify.sweeps import rows_by_sweep
+from twin.identify.spectra.settled import still_changing
+from twin.identify.spectra.sine_fit import SteadyState
+from twin.identify.spectra.sweeps import rows_by_sweep
 
 
 def find_unsettled(states: Sequence[SteadyState], *, force: str) -> list[Finding]:

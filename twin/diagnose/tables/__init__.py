@@ -4,5 +4,3 @@ from twin.diagnose.tables.felt import felt_causes
 from twin.diagnose.tables.frequencies import diagnose_frequencies
 from twin.diagnose.tables.result import FrequencyRow, SweepRow, TableDiagnosis
 from twin.diagnose.tables.sweeps import diagnose_sweeps
-
-__all__ = ["FrequencyRow", "SweepRow", "TableDiagnosis", "diagnose_frequencies", "diagnose_sweeps", "felt_causes"]

@@ -5,9 +5,9 @@ from dataclasses import fields
 
 from twin.diagnose.cause import Cause
 from twin.diagnose.models import CAUSES
-from twin.identify.frequency_model import mass_and_spring
 from twin.identify.model_modification import ModelModification
-from twin.identify.natural_frequencies import MeasuredFrequencies
+from twin.identify.residuals.frequency_model import mass_and_spring
+from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
 
 STRUCTURAL = {"beam_modulus", "beam_shear_ratio", "clamp_rad_per_Nm", "layer_gradient", "moduli_factor", "attachments"}
 """What of an extension natural frequencies feel."""

@@ -1,4 +1,4 @@
-"""Diagnosis of measured natural frequencies: the selection of :mod:`twin.diagnose.search` on tables of them."""
+"""Diagnosis of measured natural frequencies: the selection of :mod:`twin.diagnose.selection` on tables of them."""
 
 from __future__ import annotations
 
@@ -15,26 +15,31 @@ from scipy.stats import chi2 as chi_square
 
 from recordings import FrequencyTable
 from recordings.errors import InputError
+from twin.diagnose.answer.exclusion import exclusion_limits
+from twin.diagnose.answer.extended import effects_of
+from twin.diagnose.answer.result import IN_WORDS, Estimate, Misfit, NamedCause, Verdict, values_text
 from twin.diagnose.cause import Cause
 from twin.diagnose.effects import with_effects
-from twin.diagnose.exclusion import exclusion_limits
-from twin.diagnose.extended import effects_of
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
 from twin.diagnose.model_evidence import fit_with_errors, unexplained
 from twin.diagnose.models import CAUSES
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, RARER_IN_FREQUENCIES, log_weight
-from twin.diagnose.racing import WHATEVER
-from twin.diagnose.result import IN_WORDS, Estimate, Misfit, NamedCause, Verdict, values_text
-from twin.diagnose.search import Search, search_causes
+from twin.diagnose.selection.racing import WHATEVER
+from twin.diagnose.selection.search import Search, search_causes
 from twin.diagnose.tables.felt import felt_causes
 from twin.diagnose.tables.limits import LIMITS
 from twin.diagnose.tables.result import FrequencyRow, HeldOutValues, TableDiagnosis, Tried
 from twin.diagnose.verdict import Posterior, decide, named_causes, posterior_of
 from twin.identify.base_fit import fit_base
-from twin.identify.error_model import SPREAD
-from twin.identify.frequency_model import FrequencyModel, check_modes, sound_errors
 from twin.identify.limits import LIMITS as IDENTIFY
-from twin.identify.natural_frequencies import MeasuredFrequencies, StateFrequencies, measured_frequencies, sort_by_state
+from twin.identify.residuals.error_model import SPREAD
+from twin.identify.residuals.frequency_model import FrequencyModel, check_modes, sound_errors
+from twin.identify.residuals.natural_frequencies import (
+    MeasuredFrequencies,
+    StateFrequencies,
+    measured_frequencies,
+    sort_by_state,
+)
 from twin.identify.rms import rms
 from twin.rigs import BeamPart, Rig
 from twin.rigs.beam import BeamRig

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from twin.diagnose.exclusion import Exclusion
-from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict, answer_dict
-from twin.diagnose.shortfall import explains, shortfall, told_with
+from twin.diagnose.answer.exclusion import Exclusion
+from twin.diagnose.answer.result import Estimate, Misfit, NamedCause, Verdict, answer_dict
+from twin.diagnose.answer.shortfall import explains, shortfall, told_with
 from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
 from twin.rigs.modal import ModalRig
@@ -110,7 +110,7 @@ class TableDiagnosis:
     next_test : str
         What would tell rivals apart; empty if there are none.
     set_95, excluded, model_error
-        Of frequencies, as :class:`~twin.diagnose.result.Diagnosis` has them of recordings.
+        Of frequencies, as :class:`~twin.diagnose.answer.result.Diagnosis` has them of recordings.
     """
 
     kind: str

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from scipy.stats import chi2 as chi_square
 
 from recordings.errors import InputError
+from twin.diagnose.answer.result import Estimate, Misfit, NamedCause, Verdict
 from twin.diagnose.models import CAUSES
-from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict
 from twin.diagnose.tables.limits import LIMITS
 from twin.diagnose.tables.order_in_time import FrequencyDrift, Jump, find_drift, find_jump
 from twin.diagnose.tables.result import HeldOutValues, SweepRow, TableDiagnosis
-from twin.identify.backbone import BackboneSweep, identify_backbone
+from twin.identify.backbones.backbone import BackboneSweep, identify_backbone
+from twin.identify.backbones.modal_prediction import predict_held
 from twin.identify.limits import LIMITS as IDENTIFY
-from twin.identify.modal_prediction import predict_held
 from twin.identify.rms import rms
 from twin.rigs.modal import LevelFit, ModalLaw
 

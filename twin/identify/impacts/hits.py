@@ -11,7 +11,7 @@ from recordings.errors import InputError
 from recordings.run import Run
 from twin.arrays import Array
 from twin.identify.limits import LIMITS
-from twin.identify.spectrum import BroadbandRecord, broadband_records
+from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from twin.arrays import Array
-from twin.identify.broadband import response_bins
 from twin.identify.impacts.reduction import ImpactResponses
 from twin.identify.limits import LIMITS
 from twin.identify.modes import ModalFit, Mode, fit_modes
 from twin.identify.modes.shapes import mac_matrix, shape_of
 from twin.identify.responses.reduction import resonances_of
+from twin.identify.spectra.broadband import response_bins
 
 
 def modes_of_impacts(responses: ImpactResponses) -> tuple[ModalFit, Array, tuple[str, ...]]:

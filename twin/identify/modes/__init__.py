@@ -2,5 +2,3 @@
 
 from twin.identify.modes.fit import ModalFit, Mode, fit_modes
 from twin.identify.modes.rational import ChartPole
-
-__all__ = ["ChartPole", "ModalFit", "Mode", "fit_modes"]

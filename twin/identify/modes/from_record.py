@@ -1,17 +1,17 @@
 """Modes of a broadband record, without a model of the structure.
 
 H1 with a window begins; what leakage and averaging cost there is won back on the record's own spectral lines, whose
-decays at both ends are taken off with the poles found so far (:mod:`twin.identify.broadband`).
+decays at both ends are taken off with the poles found so far (:mod:`twin.identify.spectra.broadband`).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from twin.identify.broadband import BinnedResponse, bin_response, find_resonances
 from twin.identify.limits import LIMITS
 from twin.identify.modes.fit import ModalFit, fit_modes
-from twin.identify.spectrum import BroadbandRecord, h1
+from twin.identify.spectra.broadband import BinnedResponse, Binning, bin_response, find_resonances
+from twin.identify.spectra.spectrum import BroadbandRecord, h1
 
 ROUNDS = 2
 
@@ -49,10 +49,11 @@ def modes_of_record(
     fit = fit_modes(rough.frequency_Hz[inside], np.stack([rough.H[c][inside] for c in channels], axis=1))
     for _ in range(ROUNDS):
         found = fit.fit
-        response = bin_response(
-            record, force=force, channels=channels, reference=found.responses, poles=found.poles,
+        binning = Binning(
+            force=force, channels=channels, reference=found.responses, poles=found.poles,
             resonances_Hz=np.concatenate([resonances, found.omega / (2 * np.pi)]), band_Hz=band,
         )  # fmt: skip
+        response = bin_response(record, binning)
         variance = np.einsum("foo->fo", response.relative_covariance).real
         fit = fit_modes(response.frequency_Hz, response.H, np.sqrt(variance) * np.abs(response.H))
     return RecordedModes(fit, response)

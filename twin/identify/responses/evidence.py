@@ -10,15 +10,21 @@ from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from recordings.responses import Responses
-from twin.identify.broadband import BinnedResponse
 from twin.identify.limits import LIMITS as IDENTIFY
-from twin.identify.linear_fit import LinearFit, highest_Hz
-from twin.identify.linear_model import LinearModel, LinearParameters, Output, build_linear_model, nominal_parameters
+from twin.identify.linear.linear_fit import LinearFit, highest_Hz
+from twin.identify.linear.linear_model import (
+    LinearModel,
+    LinearParameters,
+    Output,
+    build_linear_model,
+    nominal_parameters,
+)
 from twin.identify.measured_data import MeasuredData, no_steps, reference_output
 from twin.identify.responses.following import Followed, follow
 from twin.identify.responses.limits import LIMITS
 from twin.identify.responses.matching import Matched, match_responses
 from twin.identify.responses.reduction import reduce_responses
+from twin.identify.spectra.broadband import BinnedResponse
 from twin.rigs import Rig
 
 __all__ = ["Gathered", "gather_responses"]
@@ -37,7 +43,7 @@ class Gathered:
         What an engineer should know of the data.
     factors : tuple of tuple of float
         What each output shows of each mode over what its place says, see
-        :class:`~twin.identify.linear_model.Output`.
+        :class:`~twin.identify.linear.linear_model.Output`.
     shown : ndarray of bool, (m,)
         Which modes lie in the measured band.
     scatter : float

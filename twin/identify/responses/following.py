@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twin.arrays import Array
-from twin.identify.broadband import BinnedResponse
 from twin.identify.gauss_newton import minimise
 from twin.identify.limits import LIMITS as IDENTIFY
-from twin.identify.linear_fit import on_the_resonances
-from twin.identify.linear_model import LinearModel, LinearParameters
+from twin.identify.linear.linear_fit import on_the_resonances
+from twin.identify.linear.linear_model import LinearModel, LinearParameters
 from twin.identify.responses.limits import LIMITS
+from twin.identify.spectra.broadband import BinnedResponse
 
 __all__ = ["Followed", "follow"]
 

@@ -16,10 +16,10 @@ from scipy.signal import find_peaks
 
 from recordings.errors import InputError
 from recordings.responses import FoundResponse
-from twin.identify.broadband import BinnedResponse
 from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.responses.limits import LIMITS
 from twin.identify.responses.matching import Matched
+from twin.identify.spectra.broadband import BinnedResponse
 
 __all__ = ["noise_of", "reduce_responses", "resonances_of"]
 

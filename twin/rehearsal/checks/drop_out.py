@@ -34,7 +34,9 @@ def _caution(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult]) -> C
     worst = max(steps, key=lambda step: abs(step.amplitude_error))
     low = worst.amplitude_error < 0
     held = "force" if worst.target_channel == rehearsal.force_channel else "response"
-    why, advice, changes = _remedy(rehearsal, worst, [step for step in steps if _at_limit(rehearsal, step)])
+    all_of_it = 0.999 * rehearsal.procedure.limits.voltage
+    at_limit = [step for step in steps if step.amplitude_error < 0 and step.voltage_V >= all_of_it]
+    why, advice, changes = _remedy(rehearsal, worst, at_limit)
     return Caution(
         kind=f"{held}-drop-out" if low else f"{held}-too-high", severity="warning", sweep=sweep, index=worst.index,
         frequency_Hz=worst.frequency_Hz, steps=len(steps), channel=worst.target_channel,
@@ -80,7 +82,3 @@ def _remedy(rehearsal: Rehearsal, worst: StepResult, weak: Sequence[StepResult])
 
 def _uncertainty(step: StepResult) -> float:
     return step.std.get(step.target_channel, 0.0) / step.target_amplitude if step.target_amplitude else 0.0
-
-
-def _at_limit(rehearsal: Rehearsal, step: StepResult) -> bool:
-    return step.amplitude_error < 0 and step.voltage_V >= 0.999 * rehearsal.procedure.limits.voltage

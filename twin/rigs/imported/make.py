@@ -14,8 +14,9 @@ from recordings.errors import InputError, blamed_on
 from recordings.whole import check_writable, whole_file
 from twin.rigs.imported.facing import facing_pairs
 from twin.rigs.imported.part import ImportedPart, PartFiles, read_part
-from twin.rigs.imported.places import NodePlace, far_off, place_and_direction, support_at, usual_drive
+from twin.rigs.imported.places import NodePlace, place_and_direction, support_at, usual_drive
 from twin.rigs.imported.text import FoundJoint, RigContents, rig_text
+from twin.rigs.limits import LIMITS
 from twin.rigs.matrix_files import NodePairs, PartMatrices
 from twin.rigs.store import parse_rig
 
@@ -65,7 +66,7 @@ def imported_rig(request: ImportRequest, *, overwrite: bool = False) -> Imported
     sensors = [_sensor(parts, number, text) for number, text in enumerate(request.sensors, 1)] or [("acc1", *drive)]
     size = float(np.linalg.norm(np.ptp(np.vstack([part.matrices.coordinates for part in parts]), axis=0)))
     for place in [place for place, _ in supports] + [drive[0]] + [place for _, place, _ in sensors]:
-        if far_off(place, size):
+        if place.away_m > LIMITS.places_far * size:  # another place was meant
             warnings.append(f"{place.told} is {1e3 * place.away_m:.4g} mm from where it was asked for")
     stem = request.out.stem
     names = {(p.name, kind): f"{stem}-{p.name}-{kind}.{end}" for p in parts for kind, end in KINDS.items()}

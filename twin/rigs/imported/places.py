@@ -8,7 +8,6 @@ import numpy as np
 from recordings.directions import AXES
 from recordings.errors import InputError
 from twin.rigs.imported.part import ImportedPart
-from twin.rigs.limits import LIMITS
 from twin.rigs.node_tables import DOFS
 
 
@@ -99,8 +98,3 @@ def usual_drive(parts: Sequence[ImportedPart], held: Iterable[NodePlace]) -> tup
         raise InputError("--drive", "", "no node moves that could be driven", "give other matrices or fewer supports")
     _, part, node, dof = min(choices, key=lambda choice: choice[0])
     return NodePlace(part, node), f"+{dof}"
-
-
-def far_off(place: NodePlace, size_m: float) -> bool:
-    """Whether a nearest node is so far that another place was meant."""
-    return place.away_m > LIMITS.places_far * size_m

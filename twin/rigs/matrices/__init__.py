@@ -2,5 +2,3 @@
 
 from twin.rigs.matrices.found import FoundMatrix
 from twin.rigs.matrices.read import read_matrix
-
-__all__ = ["ORDER_LIMIT", "FoundMatrix", "read_matrix"]

@@ -105,7 +105,8 @@ def _substructure(path: Path, data: bytes, role: Role) -> FoundMatrix:
     if (chosen := TYPES[role]) not in numbers:
         reason = f"holds the matrices {', '.join(numbers)[:80] or 'none'}, no {role}"
         raise InputError(path, "*MATRIX", reason, f"write TYPE={chosen} as well")
-    return _triangle(path, labels, _all_numbers(path, numbers[chosen]), chosen)
+    entries = b" ".join(numbers[chosen]).replace(b",", b" ").split()
+    return _triangle(path, labels, number_table(path, b"\n".join(entries), columns=1)[:, 0], chosen)
 
 
 def _labels_of_element(path: Path, nodes: list[int], dofs: dict[int, list[int]]) -> Integers:
@@ -122,11 +123,6 @@ def _labels_of_element(path: Path, nodes: list[int], dofs: dict[int, list[int]])
     if len(np.unique(labels)) < len(labels):
         raise InputError(path, "*USER ELEMENT", "names a degree of freedom twice", "export it again")
     return labels
-
-
-def _all_numbers(path: Path, lines: list[bytes]) -> Array:
-    words = b" ".join(lines).replace(b",", b" ").split()
-    return number_table(path, b"\n".join(words), columns=1)[:, 0]
 
 
 def _triangle(path: Path, labels: Integers, values: Array, name: str) -> FoundMatrix:

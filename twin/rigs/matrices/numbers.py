@@ -20,7 +20,7 @@ def fortran_number(text: str) -> float:
     return float(plain if "E" in plain else _BARE_EXPONENT.sub("E", plain, count=1))
 
 
-def number_table(path: Path, data: bytes, *, columns: int, first_line: int = 1) -> Array:
+def number_table(path: Path, data: bytes, *, columns: int) -> Array:
     """Numbers between spaces or commas, (lines, columns); empty lines and those that begin with ``**`` are left out.
 
     InputError with the line, if it has another number of values, or a value is no number.
@@ -32,7 +32,7 @@ def number_table(path: Path, data: bytes, *, columns: int, first_line: int = 1) 
             return table
     except ValueError:
         pass
-    for line, text in enumerate(plain.splitlines(), first_line):
+    for line, text in enumerate(plain.splitlines(), 1):
         values = text.partition(b"#")[0].split()
         if values and len(values) != columns:
             reason = f"has {len(values)} values where {columns} are expected"

@@ -4,10 +4,10 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from twin.diagnose.comparison import SweepComparison
-from twin.diagnose.exclusion import Exclusion
-from twin.diagnose.result import Estimate, Gain, NamedCause
-from twin.diagnose.search import Stage
+from twin.diagnose.answer.comparison import SweepComparison
+from twin.diagnose.answer.exclusion import Exclusion
+from twin.diagnose.answer.result import Estimate, Gain, NamedCause
+from twin.diagnose.selection.search import Stage
 from twin.views.table import Table
 
 

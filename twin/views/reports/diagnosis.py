@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from twin.diagnose.result import Diagnosis, Estimate, Gain, NamedCause
+from twin.diagnose.answer.result import Diagnosis, Estimate, Gain, NamedCause
 from twin.diagnose.tables import TableDiagnosis
-from twin.identify.linear_model import nominal_parameters
+from twin.identify.linear.linear_model import nominal_parameters
 from twin.views.curves import compared_models, has_law, joint_name, shown_models
 from twin.views.figures import law_figure
 from twin.views.page import Page, Picture, Section, Table

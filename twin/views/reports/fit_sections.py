@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.answer.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
 from twin.views.curves import Fitted
 from twin.views.figures import broadband_figure, residuals_figure, sweeps_figure

@@ -8,8 +8,8 @@ from twin.arrays import Array
 from twin.identify.base_fit import HELD_PRECISION
 from twin.identify.estimate import Estimate
 from twin.identify.identified import Identified
-from twin.identify.linear_fit import base_prior
-from twin.identify.linear_model import nominal_parameters
+from twin.identify.linear.linear_fit import base_prior
+from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import Polynomials
 from twin.views.curves import LawBand, joint_name

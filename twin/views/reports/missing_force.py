@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from twin.diagnose.answer.result import Diagnosis
 from twin.diagnose.missing import MissingForce
-from twin.diagnose.result import Diagnosis
 from twin.views.drawing import dressed, legend, panels
 from twin.views.page import Picture, Section, Table
 from twin.views.reports.answer import estimate_text

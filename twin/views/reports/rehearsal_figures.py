@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from twin.identify.resonances import by_resonance
+from twin.identify.spectra.resonances import by_resonance
 from twin.views.drawing import dressed, entry, legend, panels
 from twin.views.style import INK, level_colour
 

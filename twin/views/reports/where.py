@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from twin.arrays import Array
-from twin.diagnose.result import Diagnosis, Estimate, NamedCause
+from twin.diagnose.answer.result import Diagnosis, Estimate, NamedCause
 from twin.identify.measured_data import MeasuredData
 from twin.rigs import Place
 from twin.structure import Structure, drawn_parts, point_of

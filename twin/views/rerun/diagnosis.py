@@ -8,9 +8,9 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.answer.comparison import SweepComparison
+from twin.diagnose.answer.result import Diagnosis
 from twin.diagnose.fitted_model import modification_of
-from twin.diagnose.result import Diagnosis
 from twin.identify.measured_data import MeasuredData
 from twin.views.curves import LawBand, broadband_responses, compared_models, each_resonance, laws_by_kind
 from twin.views.operating import modal_motion, operating_motions

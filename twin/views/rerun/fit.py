@@ -7,14 +7,14 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from twin.arrays import Array
-from twin.diagnose.comparison import SweepComparison, predicted_harmonics
+from twin.diagnose.answer.comparison import SweepComparison, predicted_harmonics
+from twin.diagnose.answer.result import Diagnosis
 from twin.diagnose.fitted_model import FittedModel
-from twin.diagnose.result import Diagnosis
 from twin.identify.l_curve import LCurve, decompose
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residual_model import ResidualModel
-from twin.identify.sweeps import rows_by_sweep
-from twin.identify.whitening import HarmonicResiduals
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.residuals.whitening import HarmonicResiduals
+from twin.identify.spectra.sweeps import rows_by_sweep
 from twin.views.curves import compared_models, each_resonance
 from twin.views.receptance import per_force, reading_label
 from twin.views.reports.answer import residual_rows

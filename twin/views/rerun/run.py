@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 from recordings.errors import printable
 from recordings.run import Run, StepState
 from twin.arrays import Array
-from twin.identify.spectrum import broadband_records, h1, is_impact_test
+from twin.identify.spectra.spectrum import broadband_records, h1, is_impact_test
 from twin.views.curves import SteppedSweep, each_resonance, parted, stepped_sweeps
 from twin.views.extremes import extremes
 from twin.views.receptance import branch_curves, per_force_label, response_label

@@ -17,7 +17,7 @@ from recordings.limits import Limits
 from twin.checks.samples import _usual, look_at_samples
 from twin.diagnose.signals import inspect_signals, mended
 from twin.identify.limits import LIMITS
-from twin.identify.sine_fit import steady_states
+from twin.identify.spectra.sine_fit import steady_states
 
 
 def spoilt(samples):

@@ -7,7 +7,7 @@ import pytest
 
 from twin.causes.sample_clock.finding import find_sample_clock
 from twin.diagnose.signals.clock import with_clock
-from twin.identify.sine_fit import steady_states
+from twin.identify.spectra.sine_fit import steady_states
 
 
 def sampled(synthetic, seed, error_ppm):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from twin.diagnose.signals import find_sidebands
-from twin.identify.sine_fit import Line
+from twin.identify.spectra.sine_fit import Line
 
 CHANNELS = ("acc1", "acc2")
 

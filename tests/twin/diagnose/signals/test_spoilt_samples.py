@@ -7,7 +7,7 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose.signals import Finding, inspect_signals, mended
-from twin.identify.sine_fit import steady_states
+from twin.identify.spectra.sine_fit import steady_states
 
 
 def test_spoilt_samples_become_missing_in_their_channel_only(synthetic):

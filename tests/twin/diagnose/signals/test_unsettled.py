@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from twin.diagnose.signals import find_unsettled
-from twin.identify.sine_fit import steady_states
+from twin.identify.spectra.sine_fit import steady_states
 
 NATURAL_Hz, DECAY_per_s = 26.4, 0.35
 """Of the mode that rings on: it needs three seconds for each e-fold."""

@@ -8,7 +8,7 @@ from hammered import PRE, RATE_Hz, WIDTH_s, hammered, pulse
 from recordings.errors import InputError
 from twin.identify.impacts import sound_hits
 from twin.identify.impacts.hits import pulse_of
-from twin.identify.spectrum import broadband_records
+from twin.identify.spectra.spectrum import broadband_records
 
 
 def test_sound_hits_are_all_kept():

@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+from beam_rows import deflection
 from needed import package
 
 from twin.identify.modes import fit_modes
@@ -38,8 +39,8 @@ def steel():
     s = assemble(load_rig("steel-lap-joint"))
     modes = normal_modes(s.M, s.stiffness(3.9e8, 7.6e7), 12)
     f = np.concatenate([np.arange(5.0, 40.0, 1 / 16), np.arange(40.0, 1000.0, 0.25)])
-    rows = np.array([s.deflection(0.30), s.deflection(0.42)]) @ modes.Phi
-    H = summed(f, modes.frequency_Hz, STEEL_DAMPING, rows * (s.deflection(0.05) @ modes.Phi))
+    rows = np.array([deflection(s, 0.30), deflection(s, 0.42)]) @ modes.Phi
+    H = summed(f, modes.frequency_Hz, STEEL_DAMPING, rows * (deflection(s, 0.05) @ modes.Phi))
     return f, modes.frequency_Hz[:4], H
 
 

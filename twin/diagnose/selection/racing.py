@@ -1,0 +1,200 @@
+"""Fits of rival models side by side, of which those that fall far behind end early (racing: Maron and Moore 1994)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
+from twin.diagnose.limits import LIMITS
+from twin.diagnose.model_evidence import Tolerances, fit_with_errors
+from twin.diagnose.parallel_map import parallel_map
+from twin.diagnose.selection.profile import highest_of_profile, threshold_of
+from twin.identify.base_fit import law_from_steps
+from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.measured_data import MeasuredData
+from twin.identify.residuals.error_model import ErrorModel, continuation
+from twin.identify.residuals.likelihood import sound_errors
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.residuals.whitening import HarmonicResiduals
+from twin.identify.time_limit import time_is_up
+
+__all__ = ["THOROUGH", "USUAL", "WHATEVER", "Begun", "Effort", "Race", "likeliest", "once_more"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effort:
+    """How much a search tries.
+
+    Attributes
+    ----------
+    rivals : int
+        Most causes that are fitted in one turn.
+    labels : int
+        Most labels of each of them.
+    beginnings : int
+        Most places or thresholds from which each of them is begun: its likelihood may have several maxima.
+    behind : float
+        Cost over the best rival's, at one model error, from which on a fit ends early.  In seven learning cases
+        (masses, slaps, sliders, stiffness, with the demonstration's seeds from 101 on) the truth's was at most 1.02;
+        twice as much would do there, but not where a fit begins far from its maximum.
+    worth_a_fit : float
+        Least expected gain of log evidence over the best one's: fits gain up to four times what the first order
+        promises.
+    of_needed : float
+        The same over what a cause must gain; below zero every cause is fitted.
+    """
+
+    rivals: int
+    labels: int
+    beginnings: int
+    behind: float
+    worth_a_fit: float
+    of_needed: float = 1.0
+
+
+USUAL = Effort(rivals=6, labels=3, beginnings=2, behind=4.0, worth_a_fit=0.2)
+THOROUGH = Effort(rivals=12, labels=6, beginnings=4, behind=8.0, worth_a_fit=0.02)
+WHATEVER = Effort(rivals=30, labels=30, beginnings=3, behind=np.inf, worth_a_fit=0.0, of_needed=-np.inf)
+"""Of natural frequencies: a fit takes a moment, and few of them may ask for an effect that is far from first order."""
+
+
+@dataclass(frozen=True)
+class Begun:
+    """Where a fit is, and the model errors on its way."""
+
+    baseline: BaselineParameters
+    hypotheses: tuple[CauseHypothesis, ...]
+    levels: tuple[ErrorModel, ...]
+
+
+@dataclass(frozen=True)
+class Race:
+    """Rival models of the same data.
+
+    Attributes
+    ----------
+    tolerances : Tolerances
+        What sound rigs have of every cause.
+    effort : Effort
+        How much is tried.
+    on_the_way : dict of list of FittedModel
+        All fits so far at each model error but the last, by the error of the steps' stiffness.
+    """
+
+    evidence: MeasuredData
+    harmonics: HarmonicResiduals | None
+    tolerances: Tolerances
+    effort: Effort = USUAL
+    on_the_way: dict[float, list[FittedModel]] = field(default_factory=dict)
+
+    def run(self, begun: Sequence[Begun]) -> list[FittedModel]:
+        """Fit models through smaller and smaller model errors; one that falls far behind any so far ends early.
+
+        None are returned if the time is up before.
+        """
+        running = list(begun)
+        for number in range(len(begun[0].levels) - 1):
+            if time_is_up() or not running:
+                return []
+            work = [(start.baseline, start.hypotheses, start.levels[number]) for start in running]
+            fits = parallel_map(_fit_at, (self.evidence, self.harmonics), work)
+            both = [pair for pair in zip(fits, running, strict=True) if np.isfinite(pair[0].solution.cost)]
+            both.sort(key=lambda pair: pair[0].solution.cost)
+            for fit, _ in both:
+                self.on_the_way.setdefault(fit.errors.steps.stiffness, []).append(fit)
+            running = []
+            for fit, start in both:
+                least = min(other.solution.cost for other in self.on_the_way[fit.errors.steps.stiffness])
+                close = fit.solution.cost <= self.effort.behind * least
+                if close and not any(_same(fit.hypotheses, other.hypotheses) for other in running):
+                    running.append(Begun(fit.baseline, fit.hypotheses, start.levels))
+        if time_is_up():
+            return []
+        work = [(start.baseline, start.hypotheses, start.levels[-1]) for start in running]
+        fits = parallel_map(partial(_fit_last, tolerances=self.tolerances), (self.evidence, self.harmonics), work)
+        return [fit for fit in fits if np.isfinite(fit.log_evidence)]
+
+    def with_best_threshold(self) -> list[FittedModel]:
+        """The model whose threshold is the likeliest of all, from the rival that leads of those that have one.
+
+        None where no rival has a threshold, or none has come to the smallest of the model errors on the way.
+        """
+        nearest = self.on_the_way[min(self.on_the_way)] if self.on_the_way else []
+        rivals = [(fit, p) for fit in nearest if (p := threshold_of(self.evidence, fit))]
+        if not rivals or time_is_up():
+            return []
+        leading, threshold = min(rivals, key=lambda rival: rival[0].solution.cost)
+        sound = sound_errors(self.evidence)
+        found = highest_of_profile(self.evidence, self.harmonics, leading, threshold)
+        return [_fit_last(self.evidence, self.harmonics, found.baseline, found.hypotheses, sound, self.tolerances)]
+
+
+def _same(one: Sequence[CauseHypothesis], other: Sequence[CauseHypothesis]) -> bool:
+    """Whether two fits, perhaps from different beginnings, have come to the same causes with the same sizes."""
+    return all(
+        a.key == b.key
+        and all(abs(a.values[name] - b.values[name]) <= LIMITS.racing_close * std for name, std in a.std.items())
+        for a, b in zip(one, other, strict=True)
+    )
+
+
+def _fit_at(
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    start: BaselineParameters,
+    hypotheses: tuple[CauseHypothesis, ...],
+    errors: ErrorModel,
+) -> FittedModel:
+    start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
+    return fit_model(evidence, harmonics, start, hypotheses, errors=errors, iterations=8, tolerance=2.0, rounds=0)
+
+
+def _fit_last(
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    start: BaselineParameters,
+    hypotheses: tuple[CauseHypothesis, ...],
+    errors: ErrorModel,
+    tolerances: Tolerances | None,
+) -> FittedModel:
+    start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
+    return fit_with_errors(evidence, harmonics, start, hypotheses, errors=errors, tolerances=tolerances)
+
+
+def likeliest(fits: Sequence[FittedModel]) -> FittedModel:
+    """The one with the largest evidence."""
+    return max(fits, key=lambda fit: fit.log_evidence)
+
+
+def once_more(
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, fit: FittedModel, tolerances: Tolerances | None
+) -> FittedModel:
+    """A model that is not as exact as sound rigs' are, through all model errors again from where it ended."""
+    start, hypotheses, sound = fit.baseline, fit.hypotheses, sound_errors(evidence)
+    for level in continuation(sound)[:-1]:
+        loose = _fit_at(evidence, harmonics, start, hypotheses, level)
+        start, hypotheses = loose.baseline, loose.hypotheses
+    return _fit_last(evidence, harmonics, start, hypotheses, sound, tolerances)
+
+
+def _with_own_law(
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    start: BaselineParameters,
+    hypotheses: tuple[CauseHypothesis, ...],
+    errors: ErrorModel,
+) -> BaselineParameters:
+    """The start with the law that the steps ask for beside these causes, where that fits better.
+
+    Sharp resonances make a law that was found beside another model a trap.
+    """
+    if not (len(evidence.steps) and evidence.rig.joints):
+        return start
+    residual_model = ResidualModel(evidence, modification_of(evidence, hypotheses), harmonics, errors=errors)
+    own = law_from_steps(residual_model, start.base)
+    now, then = (residual_model.evaluate(trial, sensitivities=False).chi2 for trial in (start, own))
+    return own if then < now else start

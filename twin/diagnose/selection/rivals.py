@@ -1,0 +1,172 @@
+"""Rival models with one more cause: which of them are fitted, where their fits begin, and how they race."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from twin.diagnose.cause import strengths_of
+from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
+from twin.diagnose.limits import LIMITS
+from twin.diagnose.parallel_map import parallel_map
+from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, log_weight, temperature
+from twin.diagnose.selection.profile import threshold_of
+from twin.diagnose.selection.racing import Begun, Effort, Race, likeliest, once_more
+from twin.diagnose.selection.score_test import Score
+from twin.identify.base_fit import law_from_steps
+from twin.identify.measured_data import MeasuredData
+from twin.identify.residuals.error_model import continuation
+from twin.identify.residuals.likelihood import nominal_base, residual_model, sound_errors
+from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
+from twin.identify.residuals.whitening import HarmonicResiduals
+from twin.identify.time_limit import time_is_up
+
+__all__ = ["fitted_rivals"]
+
+
+def fitted_rivals(
+    race: Race, model: FittedModel, before: FittedModel, scores: Sequence[Score], report: Callable[[str], None]
+) -> tuple[FittedModel, ...]:
+    """The models with one more cause, of those that the scores promise, the most probable first.
+
+    They begin at `model`; `before` is the same with the errors that it needs beside what sound rigs have.  Where none
+    of them is as exact as sound rigs' models are, or the likeliest ran out of iterations, fits begin elsewhere, too.
+    """
+    evidence, effort = race.evidence, race.effort
+    fits: list[FittedModel] = []
+    promising = _promising(evidence, scores, effort)
+    # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
+    names = {rival.cause.name for rival in promising if rival.cause.tried_at_full_size}
+    labels = [score.hypothesis for score in _best_of_each(scores).values() if score.hypothesis.cause.name in names]
+    from_nominal = [_at_full_size(evidence, rival) for rival in labels]
+    beside = [rival for rival in promising if not rival.cause.tried_at_full_size]
+    if isinstance(evidence, MeasuredFrequencies):
+        from_nominal += beside  # frequencies alone have several minima: the best without a cause may lead to another
+    for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, from_nominal)):
+        fits += _begun_and_raced(race, model, begin, rivals, report)
+    sound = sound_errors(evidence)
+    # The law imitates at first what goes by the amplitude, and then leads its fit astray.
+    again = [rival for rival in beside if _goes_by_amplitude(evidence, rival)]
+    if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (before,)))):
+        again += _elsewhere(evidence, scores, promising, effort)
+    elif fits:
+        leading = likeliest(fits)
+        ran_out = leading.solution.ended == "out of iterations"
+        again = [rival for rival in again if ran_out and rival.key == leading.hypotheses[-1].key]
+    fits += _begun_and_raced(race, model, _beside_no_law, again, report)
+    if any(threshold_of(evidence, fit) for fit in fits):
+        fits += race.with_best_threshold()
+    if fits and not (leading := likeliest(fits)).errors.as_small_as(sound) and not time_is_up():
+        fits.append(once_more(evidence, race.harmonics, leading, race.tolerances))
+    best: dict[str, FittedModel] = {}
+    for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
+        best.setdefault(fit.hypotheses[-1].key, fit)
+    return tuple(sorted(best.values(), key=lambda fit: -log_weight(evidence, fit)))
+
+
+def _begun_and_raced(
+    race: Race,
+    model: FittedModel,
+    begin: Callable[..., Begun],
+    rivals: Sequence[CauseHypothesis],
+    report: Callable[[str], None],
+) -> list[FittedModel]:
+    if not rivals or time_is_up():
+        return []
+    report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
+    return race.run(parallel_map(begin, (race.evidence, race.harmonics, model), [(rival,) for rival in rivals]))
+
+
+def _promising(evidence: MeasuredData, scores: Sequence[Score], effort: Effort) -> list[CauseHypothesis]:
+    """The best scored causes, each at its best places; none where no cause promises to be more probable than none."""
+    best = max((score.log_bayes for score in scores), default=0.0)
+    needed = -LOG_ODDS_OF_A_CAUSE * temperature(evidence)
+    least = max(effort.of_needed * needed, effort.worth_a_fit * best if effort.of_needed > 0 else -np.inf)
+    found: dict[str, list[CauseHypothesis]] = {}
+    for score in scores:
+        key = score.hypothesis.key
+        alike = sum(each[0].cause is score.hypothesis.cause for each in found.values())
+        # A cause with many labels, such as a listed mass, must leave room for others.
+        if score.log_bayes > least and (key in found or (len(found) - alike < effort.rivals and alike < effort.labels)):
+            found.setdefault(key, []).append(score.hypothesis)
+    return [hypothesis for each in found.values() for hypothesis in _spread(evidence, each, effort.beginnings)]
+
+
+def _spread(evidence: MeasuredData, each: list[CauseHypothesis], count: int) -> list[CauseHypothesis]:
+    """The first, and those farthest from what was chosen before: neighbours would come to the same maximum."""
+    first = each[0]
+    places = [p for p in first.cause.parameters(evidence, first.label) if p.is_location and not p.is_known]
+    at = np.array([[(h.values[p.name] - p.lower) / (p.upper - p.lower) for p in places] for h in each])
+    chosen = [0]
+    while len(chosen) < min(count, len(each)):
+        away = np.min(np.abs(at[:, None] - at[chosen]).sum(axis=2), axis=1)
+        if not np.max(away) > 0:
+            break
+        chosen.append(int(np.argmax(away)))
+    return [each[k] for k in chosen]
+
+
+def _best_of_each(scores: Sequence[Score]) -> dict[str, Score]:
+    """The first, and so the best, score of each cause and label."""
+    best: dict[str, Score] = {}
+    for score in scores:
+        best.setdefault(score.hypothesis.key, score)
+    return best
+
+
+def _elsewhere(
+    evidence: MeasuredData, scores: Sequence[Score], promising: Sequence[CauseHypothesis], effort: Effort
+) -> list[CauseHypothesis]:
+    """Further beginnings: causes that the law imitates at first."""
+    keys = {hypothesis.key for hypothesis in promising}
+    found = [
+        _at_full_size(evidence, score.hypothesis)
+        for key, score in _best_of_each(scores).items()
+        if score.hypothesis.cause.tried_at_full_size and key not in keys
+    ]
+    return found[: effort.rivals]
+
+
+def _goes_by_amplitude(evidence: MeasuredData, hypothesis: CauseHypothesis) -> bool:
+    modification = hypothesis.modification(evidence)
+    return bool(modification.nonlinear or modification.opening)
+
+
+def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseHypothesis:
+    """The same with the strength that such an effect usually has."""
+    strengths = strengths_of(hypothesis.cause.parameters(evidence, hypothesis.label))
+    if not strengths:
+        return hypothesis
+    main = strengths[0]
+    full = main.null + np.copysign(main.scale, hypothesis.values[main.name] - main.null)
+    return replace(hypothesis, values={**hypothesis.values, main.name: float(np.clip(full, main.lower, main.upper))})
+
+
+def _beside_the_law(
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, hypothesis: CauseHypothesis
+) -> Begun:
+    """The model with one more cause, from what was fitted without it."""
+    sound = sound_errors(evidence)
+    levels = [level for level in continuation(sound) if level.steps.stiffness <= model.errors.steps.stiffness]
+    return Begun(model.baseline, (*model.hypotheses, hypothesis), tuple(levels) or (sound,))
+
+
+def _beside_no_law(
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, hypothesis: CauseHypothesis
+) -> Begun:
+    """The same from nominal moduli and the law that the steps ask for beside the cause, whose size is held at first.
+
+    What base family and law were without the cause may lead nowhere.
+    """
+    hypotheses = (*model.hypotheses, hypothesis)
+    begun = residual_model(evidence, modification_of(evidence, hypotheses), harmonics)
+    levels, linear = continuation(sound_errors(evidence)), nominal_base(evidence)
+    for level in levels[: LIMITS.held_levels]:
+        start = law_from_steps(begun, linear)
+        fit = fit_model(
+            evidence, harmonics, start, hypotheses, errors=level, iterations=8, tolerance=2.0, rounds=0, frozen=True
+        )
+        linear = fit.baseline.base
+    return Begun(fit.baseline, hypotheses, levels[LIMITS.held_levels :] or levels[-1:])

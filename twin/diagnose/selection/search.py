@@ -1,0 +1,265 @@
+"""Stepwise selection: causes are added one by one, and dropped again, while the posterior odds gain by it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from twin.diagnose.cause import Cause
+from twin.diagnose.fitted_model import FitProblem, FittedModel, fit_model, modification_of
+from twin.diagnose.limits import LIMITS
+from twin.diagnose.model_evidence import Tolerances, fit_with_errors, infer_errors, with_spread
+from twin.diagnose.posterior import log_weight
+from twin.diagnose.selection.racing import USUAL, Effort, Race, likeliest, once_more
+from twin.diagnose.selection.rivals import fitted_rivals
+from twin.diagnose.selection.score_test import Score, score_causes
+from twin.identify.base_fit import fit_base
+from twin.identify.measured_data import MeasuredData
+from twin.identify.residuals.error_model import continuation
+from twin.identify.residuals.harmonics import harmonic_residuals
+from twin.identify.residuals.likelihood import sound_errors
+from twin.identify.residuals.rebinning import rebinned
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.residuals.whitening import HarmonicResiduals
+from twin.identify.time_limit import time_is_up
+
+__all__ = ["Report", "Search", "Stage", "search_causes"]
+
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One turn of the selection.
+
+    Attributes
+    ----------
+    before : FittedModel
+        The model without a further cause; where one is dropped, with it.
+    scores : tuple of Score
+        Best first.
+    rivals : tuple of FittedModel
+        The models with one more cause, or one less, that were fitted, most probable first.
+    accepted : bool
+        Whether the first of them is more probable than the model without.
+    unknown : float
+        Log evidence of the more probable of both with errors of any size.
+    tolerances : Tolerances
+        What a sound rig may have of every cause.
+    complete : bool
+        Whether the time allowed for all of it; nothing is accepted otherwise.
+    """
+
+    before: FittedModel
+    scores: tuple[Score, ...]
+    rivals: tuple[FittedModel, ...]
+    accepted: bool
+    unknown: float
+    tolerances: Tolerances
+    complete: bool = True
+
+    @property
+    def best(self) -> FittedModel:
+        """The model that the next stage goes on from, or the last one."""
+        return self.rivals[0] if self.accepted else self.before
+
+
+@dataclass(frozen=True)
+class Search:
+    """Outcome of a selection.
+
+    Attributes
+    ----------
+    base : FittedModel
+        The base family alone.
+    model : FittedModel
+        The base family with the causes that were selected.
+    stages : tuple of Stage
+        The last one found no further cause.
+    evidence : MeasuredData
+        The recordings, as they were reduced against what was found.
+    harmonics, base_harmonics : HarmonicResiduals, optional
+        Of the steps, with `model` and with `base`.
+    """
+
+    base: FittedModel
+    model: FittedModel
+    stages: tuple[Stage, ...]
+    evidence: MeasuredData
+    harmonics: HarmonicResiduals | None
+    base_harmonics: HarmonicResiduals | None
+
+    @property
+    def complete(self) -> bool:
+        """Whether the time allowed for all of it."""
+        return self.stages[-1].complete
+
+
+def search_causes(
+    evidence: MeasuredData,
+    causes: Mapping[str, Cause],
+    *,
+    most: int = 3,
+    effort: Effort = USUAL,
+    report: Report = lambda text: None,
+) -> Search:
+    """Select up to `most` causes, as far as the time allows.
+
+    Parameters
+    ----------
+    causes
+        What may be named.
+    effort
+        How much is tried for each.
+    report
+        Told what is being done.
+    """
+    report("fitting moduli, damping and the joint's law")
+    start = fit_base(evidence)
+    base = fit_with_errors(evidence, None, start.baseline, (), exact=True)
+    base_harmonics = _harmonics(evidence, base)
+    data, model = _Reduced(evidence, base_harmonics), base
+    stages: list[Stage] = []
+    while len(stages) < 2 * most:
+        stages.append(_one_more(data, model, causes, most, effort, report))
+        if not stages[-1].accepted:
+            break
+        data, model = _taken_up(data, stages[-1].best, report)
+        if (simpler := _one_less(data, model, causes, stages[-1], report)) is not None:
+            stages.append(simpler)
+            data, model = _taken_up(data, simpler.best, report)
+    model = with_spread(*data, model, stages[-1].tolerances)
+    return Search(base, model, tuple(stages), *data, base_harmonics)
+
+
+class _Reduced(NamedTuple):
+    """The recordings as they were last reduced."""
+
+    evidence: MeasuredData
+    harmonics: HarmonicResiduals | None
+
+
+def _one_more(
+    data: _Reduced, model: FittedModel, causes: Mapping[str, Cause], most: int, effort: Effort, report: Report
+) -> Stage:
+    """Forward: the model against those with one more cause."""
+    evidence, harmonics = data
+    report("scoring causes" if not model.hypotheses else f"scoring causes beside {model.name}")
+    start_of_rivals = _following(evidence, harmonics, model)
+    left = {} if time_is_up() else _beside(model, causes)
+    scores, tolerances = score_causes(evidence, harmonics, start_of_rivals, left)
+    before = _weighed(evidence, harmonics, model, tolerances)
+    rivals: tuple[FittedModel, ...] = ()
+    if len(model.hypotheses) < most:
+        race = Race(evidence, harmonics, tolerances, effort)
+        rivals = fitted_rivals(race, start_of_rivals, before, scores, report)
+    complete = not time_is_up()
+    accepted = complete and bool(rivals) and log_weight(evidence, rivals[0]) > log_weight(evidence, before)
+    best = rivals[0] if accepted else before
+    told = log_weight(evidence, best) + float(np.log(LIMITS.worth_a_line))
+    rivals = tuple(
+        # What is accepted is told as it is fitted last.
+        with_spread(evidence, harmonics, rival, tolerances)
+        if rival is not best and log_weight(evidence, rival) > told
+        else rival
+        for rival in rivals
+    )
+    unknown = _with_any_error(data, best, tolerances)
+    return Stage(before, tuple(scores), rivals, accepted, unknown, tolerances, complete)
+
+
+def _one_less(
+    data: _Reduced, model: FittedModel, causes: Mapping[str, Cause], chosen: Stage, report: Report
+) -> Stage | None:
+    """Backward: the likeliest model without one of the causes named before the last, if it is likelier than with it.
+
+    What was named first may have stood for what was found after it.  The last one's rivals stay as far behind as they
+    were.
+    """
+    evidence, harmonics = data
+    found: list[tuple[FittedModel, FittedModel, list[Score], Tolerances]] = []
+    for earlier in model.hypotheses[:-1]:
+        if time_is_up():
+            return None
+        report(f"fitting without {earlier.key}")
+        others = tuple(hypothesis for hypothesis in model.hypotheses if hypothesis is not earlier)
+        simpler = fit_with_errors(evidence, harmonics, model.baseline, others)
+        scores, tolerances = score_causes(evidence, harmonics, simpler, _beside(simpler, causes))
+        simpler, whole = (_weighed(evidence, harmonics, each, tolerances) for each in (simpler, model))
+        if log_weight(evidence, simpler) > log_weight(evidence, whole):
+            found.append((simpler, whole, scores, tolerances))
+    if not found:
+        return None
+    simpler, whole, scores, tolerances = max(found, key=lambda each: log_weight(evidence, each[0]))
+    shift = whole.log_evidence - chosen.best.log_evidence
+    rivals = tuple(replace(rival, log_evidence=rival.log_evidence + shift) for rival in chosen.rivals[1:])
+    unknown = _with_any_error(data, simpler, tolerances)
+    return Stage(whole, tuple(scores), (simpler, *rivals), True, unknown, tolerances)
+
+
+def _beside(model: FittedModel, causes: Mapping[str, Cause]) -> dict[str, Cause]:
+    """Causes that the model does not have yet."""
+    named = {hypothesis.cause.name for hypothesis in model.hypotheses}
+    return {name: cause for name, cause in causes.items() if name not in named}
+
+
+def _taken_up(data: _Reduced, best: FittedModel, report: Report) -> tuple[_Reduced, FittedModel]:
+    """The recordings reduced with the best model, and that model fitted to them.
+
+    What was reduced against a model far off also has that model's errors in it.
+    """
+    report(f"reducing the recordings anew, with {best.name}")
+    evidence, harmonics = data
+    if evidence.broadband:
+        evidence = rebinned(evidence, modification_of(evidence, best.hypotheses), best.baseline)
+    if harmonics is not None:
+        harmonics = _harmonics(evidence, best)
+    model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses, exact=True)
+    if not model.errors.as_small_as(sound_errors(evidence)):
+        model = likeliest((model, once_more(evidence, harmonics, model, None)))
+    return _Reduced(evidence, harmonics), model
+
+
+def _with_any_error(data: _Reduced, model: FittedModel, tolerances: Tolerances) -> float:
+    """Log evidence of the model with errors of any size."""
+    problem = FitProblem(*data, model.baseline, model.hypotheses, errors=model.errors)
+    return infer_errors(problem, tolerances, free=True)[1]
+
+
+def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel) -> FittedModel:
+    """The model as causes are scored: where it does not follow the data, with natural frequencies of their own.
+
+    These say best where the resonances are, and a cause explains what they should not need.
+    """
+    if (
+        model.errors.steps.stiffness < LIMITS.search_follows
+        and model.errors.broadband.stiffness < LIMITS.search_follows
+    ):
+        return model
+    start, hypotheses = model.baseline, model.hypotheses
+    loose = continuation(sound_errors(evidence))[0]
+    for _ in range(2):
+        fit = fit_model(evidence, harmonics, start, hypotheses, errors=loose, iterations=15, tolerance=2.0)
+        start, hypotheses = fit.baseline, fit.hypotheses
+    return fit
+
+
+def _weighed(
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, tolerances: Tolerances
+) -> FittedModel:
+    """The model with its log evidence beside what sound rigs have of every cause."""
+    problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, errors=model.errors)
+    errors, log_evidence = infer_errors(problem, tolerances)
+    return replace(model, errors=errors, log_evidence=log_evidence)
+
+
+def _harmonics(evidence: MeasuredData, model: FittedModel) -> HarmonicResiduals | None:
+    """Harmonics of the steps less the linear response to the force's own, with the model found so far."""
+    if not len(evidence.steps):
+        return None
+    modification = modification_of(evidence, model.hypotheses)
+    # What local nonlinear forces add is the prediction's matter.
+    return harmonic_residuals(ResidualModel(evidence, replace(modification, nonlinear=())), model.baseline)

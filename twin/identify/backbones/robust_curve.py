@@ -1,0 +1,109 @@
+"""A smooth curve through few values, some of them shifted: polynomials with Student's noise, order by evidence."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from twin.identify.limits import LIMITS
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RobustCurve:
+    """A polynomial in x / x_scale.
+
+    Attributes
+    ----------
+    coefficients : ndarray, (order + 1,)
+        Highest power first.
+    covariance : ndarray, (order + 1, order + 1)
+    weight : ndarray, (n,)
+        Of each value in the final fit, about 1 for those that agree and near 0 for those that do not.
+    scale
+        The noise's scale parameter, in the values' unit.
+    left_out : ndarray, (n,)
+        Value minus the prediction by all others.
+    """
+
+    coefficients: Array
+    covariance: Array
+    x_scale: float
+    weight: Array
+    scale: float
+    left_out: Array
+
+    @property
+    def order(self) -> int:
+        """Of the polynomial."""
+        return len(self.coefficients) - 1
+
+    def __call__(self, x: Array | float) -> Array:
+        """The curve at `x`."""
+        return np.asarray(np.polyval(self.coefficients, np.asarray(x, float) / self.x_scale))
+
+    def std(self, x: Array | float) -> Array:
+        """Standard deviation of the curve itself at `x`, without the scatter of single values about it."""
+        V = np.vander(np.atleast_1d(np.asarray(x, float)) / self.x_scale, len(self.coefficients))
+        return np.sqrt(np.einsum("ij,jk,ik->i", V, self.covariance, V))
+
+
+def fit_robust_curve(x: Array, y: Array, *, scale: float) -> RobustCurve:
+    """Fit with the order whose predictions of left-out values are the most probable.
+
+    Parameters
+    ----------
+    x, y : ndarray, (n,)
+        At least three points.
+    scale
+        Scatter expected of single values, in the unit of `y`.
+    """
+    scores = {}
+    # Once one value is left out, one more than there are coefficients must remain.
+    for order in range(1 + max(0, min(4, len(x) - 3))):
+        errors = left_out_errors(x, y, order=order, scale=scale)
+        scores[order] = float(np.sum(student.logpdf(errors / scale, LIMITS.robust_curve_freedom)))
+    order = min(n for n, score in scores.items() if score > max(scores.values()) - LIMITS.robust_curve_parsimony)
+    coefficients, weight, V = _fit(x, y, order, scale)
+    residual = y - V @ coefficients
+    spread = np.sum(weight * residual**2) / max(len(x) - order - 1, 1)
+    covariance = np.asarray(np.linalg.pinv((V.T * weight) @ V, hermitian=True), np.float64) * max(
+        spread, (0.3 * scale) ** 2
+    )
+    return RobustCurve(
+        coefficients, covariance, _x_scale(x), weight, scale, left_out_errors(x, y, order=order, scale=scale)
+    )
+
+
+def left_out_errors(x: Array, y: Array, *, order: int, scale: float) -> Array:
+    """Each value minus its prediction by the curve through all others."""
+    errors = np.zeros(len(x))
+    powers = np.vander(x / _x_scale(x), order + 1)
+    for k in range(len(x)):
+        keep = np.arange(len(x)) != k
+        coefficients, _, _ = _fit(x[keep], y[keep], order, scale, x_scale=_x_scale(x))
+        errors[k] = y[k] - powers[k] @ coefficients
+    return errors
+
+
+def _fit(x: Array, y: Array, order: int, scale: float, *, x_scale: float | None = None) -> tuple[Array, Array, Array]:
+    """Student regression by iterated weights: coefficients, weights, and the matrix of powers."""
+    V = np.vander(x / (x_scale or _x_scale(x)), order + 1)
+    weight: Array = np.ones(len(x))
+    coefficients: Array = np.full(order + 1, np.inf)
+    for _ in range(100):
+        root = np.sqrt(weight)
+        new: Array = np.asarray(np.linalg.lstsq(V * root[:, None], y * root, rcond=None)[0], np.float64)
+        weight = np.asarray(
+            (LIMITS.robust_curve_freedom + 1) / (LIMITS.robust_curve_freedom + ((y - V @ new) / scale) ** 2), np.float64
+        )
+        if np.allclose(new, coefficients, rtol=1e-10, atol=1e-12):
+            break
+        coefficients = new
+    return new, weight, V
+
+
+def _x_scale(x: Array) -> float:
+    return float(np.abs(x).max())

@@ -1,0 +1,325 @@
+"""Forces that go by a port's own motion: the joint's law at the layer's points, and what causes add elsewhere.
+
+The stiffness of a port depends on its own amplitude, and that on all the ports' stiffness: Newton's method on the
+logarithms of the amplitudes finds both.  With L the receptances among the ports and r those from the drive,
+
+    d = (1 + L S(|d|))^-1 r F,        response = r_out F - R_out,d S d.
+
+The force F is not needed where a response was measured, which tells how far everything moves: |d| = |d / response|
+times its amplitude has one solution where a given force has three, and folds do no harm.  The implicit function theorem
+says how the ports follow any other change of the model; without it a sensitivity near a slider that begins to slip is
+wrong by half of itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.arrays import Array
+from twin.identify.limits import LIMITS
+from twin.identify.model_modification import NoiseMotion, NonlinearForce
+from twin.identify.nonlinear.balance import Added, Balance, log_amplitudes
+from twin.identify.nonlinear.balance_kernel import settle, turn
+from twin.identify.nonlinear.joint_law import LayerLaw, packed_laws
+from twin.identify.slipping import RIPPLES, Slider, common_spring
+
+TURNS, SETTLED = 15, 1e-9
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """The rig around n ports, without their forces, at s steps.
+
+    Attributes
+    ----------
+    among : ndarray, (s, n, n)
+        Receptances among the ports.
+    driven : ndarray, (s, n)
+        Displacement of the ports per drive force.
+    reference : ndarray, (s,)
+        What the reference channel reads per drive force,
+    to_reference : ndarray, (s, n)
+        and per force on each port.
+    amplitude : ndarray, (s,)
+        Complex, that channel's measured reading.
+    """
+
+    among: Array
+    driven: Array
+    reference: Array
+    to_reference: Array
+    amplitude: Array
+
+    def motion(self, stiffness: Array) -> tuple[Array, Array]:
+        """Complex amplitudes (s, n) of the ports with `stiffness` (s, n) there; d log motion_i / d stiffness_j."""
+        driven, among, reading, by_reading = self._with(stiffness)
+        influence = -among * driven[:, None, :] / driven[:, :, None] - by_reading[:, None, :]
+        return driven / reading[:, None] * self.amplitude[:, None], influence
+
+    def reading(self, stiffness: Array) -> tuple[Array, Array, Array]:
+        """The ports' motion (s, n), what the reference channel reads per force (s,), d log of that / d stiffness."""
+        driven, _, reading, by_reading = self._with(stiffness)
+        return driven / reading[:, None] * self.amplitude[:, None], reading, by_reading
+
+    def _with(self, stiffness: Array) -> tuple[Array, Array, Array, Array]:
+        n = stiffness.shape[1]
+        right = np.concatenate([self.driven[:, :, None], self.among], axis=2)
+        solved = np.linalg.solve(np.eye(n) + self.among * stiffness[:, None, :], right)
+        driven, among = solved[:, :, 0], solved[:, :, 1:]
+        held = self.to_reference * stiffness
+        reading = self.reference - np.sum(held * driven, axis=1)
+        to_reference = self.to_reference - (held[:, None, :] @ among)[:, 0]
+        return driven, among, reading, -to_reference * driven / reading[:, None]
+
+
+@dataclass(frozen=True)
+class Influence:
+    """What stiffness at the ports does.
+
+    Attributes
+    ----------
+    motion : ndarray, (s, n, n)
+        d log (complex amplitude of port i) / d (stiffness of port j).
+    response : ndarray, (s, o, n)
+        d log (response) / d (stiffness of port j).
+    """
+
+    motion: Array
+    response: Array
+
+
+@dataclass(frozen=True)
+class _Turn:
+    """Motion and stiffness (s, n) at assumed amplitudes, what these miss, and Newton's step."""
+
+    motion: Array
+    stiffness: Array
+    gap: Array
+    step: Array
+
+    @staticmethod
+    def of(log_a: Array) -> _Turn:
+        """Room for one."""
+        shape = log_a.shape
+        return _Turn(np.empty(shape, complex), np.empty(shape, complex), np.empty(shape), np.empty(shape))
+
+    @property
+    def worst(self) -> Array:
+        """Largest of what each step misses, (s,)."""
+        return np.asarray(np.max(np.abs(self.gap), axis=1))
+
+    def take(self, other: _Turn, rows: Array) -> None:
+        """Copy some rows."""
+        for name in ("motion", "stiffness", "gap", "step"):
+            getattr(self, name)[rows] = getattr(other, name)[rows]
+
+
+@dataclass(frozen=True)
+class LocalForces:
+    """Forces of the joints' laws at the layers' points, openings before slips, then nonlinear forces.
+
+    Each acts on its own port.
+
+    Attributes
+    ----------
+    weights : ndarray, (s, 2 p)
+        Of the layers' points at each step: a modulus times its weight is a stiffness.
+    joint : ndarray of int, (p,)
+        Whose law each point has.
+    ripples : ndarray, (s, m, 3), or None
+        Displacement of each force's port by a force there at 3, 5 and 7 times the drive's frequency, m/N, with what the
+        law does at each step; without the law's doing if not given.
+    """
+
+    forces: tuple[NonlinearForce, ...]
+    weights: Array
+    joint: NDArray[np.int64]
+    ripples: Array | None = None
+
+    @property
+    def points(self) -> int:
+        """Number of the layers' points."""
+        return len(self.joint)
+
+    def of_joint(self, joint: int) -> NDArray[np.intp]:
+        """Which points are a joint's."""
+        return np.flatnonzero(self.joint == joint)
+
+    def stiffness(self, laws: Sequence[LayerLaw], amplitude: Array, omega: Array) -> tuple[Array, Array]:
+        """Equivalent stiffness at amplitudes (s, n), and its derivative with the logarithm of each; (s, n) both."""
+        p = self.points
+        k, growth = np.zeros((2, len(amplitude), 2 * p), complex)
+        for number, law in enumerate(laws):
+            opening, slip = self.of_joint(number), p + self.of_joint(number)
+            by_opening, open_slope = law.softening_with_slope(amplitude[:, opening])
+            by_slip, slip_slope = law.loss_with_slope(amplitude[:, slip])
+            k[:, opening], k[:, slip] = -(by_opening @ law.softening), 1j * (by_slip @ law.loss)
+            growth[:, opening], growth[:, slip] = -(open_slope @ law.softening), 1j * (slip_slope @ law.loss)
+        k, growth = k * self.weights, growth * self.weights
+        if not self.forces:
+            return k, growth
+        own, own_growth = self._with_growth(amplitude[:, 2 * p :], omega, np.arange(len(omega)))
+        return np.concatenate([k, own], axis=1), np.concatenate([growth, own_growth], axis=1)
+
+    def by_law(self, laws: Sequence[LayerLaw], amplitude: Array) -> list[tuple[Array, Array]]:
+        """Derivatives of the stiffness at each joint's p points by its softening (s, p, n) and its loss (s, p, m)."""
+        found = []
+        for number, law in enumerate(laws):
+            opening, slip = self.of_joint(number), self.points + self.of_joint(number)
+            by_softening = -self.weights[:, opening, None] * law.softening_basis(amplitude[:, opening])
+            found.append((by_softening, 1j * self.weights[:, slip, None] * law.loss_basis(amplitude[:, slip])))
+        return found
+
+    @property
+    def act_in_noise(self) -> bool:
+        """Whether any nonlinear force is felt in a broadband run."""
+        return any(force.random is not None for force in self.forces)
+
+    def substitutes(self, motion: tuple[NoiseMotion, ...], omega: Array) -> Array:
+        """Dynamic stiffness (f, n) of the forces' best linear substitutes under noise that moves their ports so."""
+        Z = np.zeros((len(omega), len(self.forces)), complex)
+        for i, force in enumerate(self.forces):
+            if force.random is not None:
+                Z[:, i] = force.random(motion[i], omega)
+        return Z
+
+    def balance(
+        self, laws: Sequence[LayerLaw], omega: Array, around: Surroundings, *, added: Added | None = None,
+        start: Array | None = None,
+    ) -> Balance:  # fmt: skip
+        """Stiffness at the amplitudes that it itself allows.
+
+        Bounded, and monotone in the largest disagreement of each step, which is told.
+
+        Parameters
+        ----------
+        added
+            Stiffness beside that of the law and the forces; none by default.
+        start : ndarray, (s, n)
+            Amplitudes to begin from; those without any force by default.
+        """
+        added = added or Added.nothing(around.driven.shape, self.points)
+        omega = omega.real  # a motion that still grows has its frequency's forces
+        if not around.driven.size:  # nothing of the rig goes by an amplitude
+            return Balance(around.driven, around.driven, added, np.zeros(len(omega)))
+        if start is None:
+            start = np.abs(around.motion(np.zeros_like(around.driven))[0])
+        log_a = log_amplitudes(start)
+        arrays = (
+            *packed_laws(laws, self.joint), self.weights, around.among, around.driven, around.reference,
+            around.to_reference, around.amplitude, added.stiffness, added.growth, added.log_amplitude,
+        )  # fmt: skip
+        rig: tuple[Any, ...] = tuple(np.ascontiguousarray(a) for a in arrays)  # one layout, one compilation
+        sliders = [force.slider for force in self.forces if force.slider]
+        if len(sliders) == len(self.forces):
+            z, k = np.empty((2, *around.driven.shape), complex)
+            worst = np.empty(len(omega))
+            kinds = self._as_arrays(sliders, omega)
+            settle(
+                *rig, *kinds, log_a, z, k, worst, TURNS, SETTLED,
+                LIMITS.local_longest, LIMITS.local_shortest, LIMITS.local_difference,
+            )  # type: ignore[call-arg]  # fmt: skip
+            return Balance(z, k, added, worst, self.ripples)
+        now = _Turn.of(log_a)
+        self._turn(rig, omega, log_a, np.arange(len(omega)), now)
+        worst, share, trial = now.worst, np.ones(len(omega)), _Turn.of(log_a)
+        for _ in range(TURNS):
+            rows = np.flatnonzero(~(worst <= SETTLED))
+            if not len(rows):
+                break
+            assumed = log_a + share[:, None] * np.clip(now.step, -LIMITS.local_longest, LIMITS.local_longest)
+            self._turn(rig, omega, assumed, rows, trial)
+            left = trial.worst
+            better = rows[(left[rows] < worst[rows]) | (share[rows] <= LIMITS.local_shortest)]
+            log_a[better], worst[better] = assumed[better], left[better]
+            now.take(trial, better)
+            share[rows] /= 4.0
+            share[better] = 1.0
+        return Balance(now.motion, now.stiffness, added, worst, self.ripples)
+
+    def _turn(self, rig: tuple[Array, ...], omega: Array, log_a: Array, rows: Array, out: _Turn) -> None:
+        """Fill in `out` at some rows, for assumed log amplitudes."""
+        own, growth = np.empty((2, len(log_a), len(self.forces)), complex)
+        own[rows], growth[rows] = self._with_growth(np.exp(log_a[rows, 2 * self.points :]), omega[rows], rows)
+        turn(*rig, own, growth, log_a, rows, out.motion, out.stiffness, out.gap, out.step)  # type: ignore[call-arg]
+
+    def follow(
+        self, laws: Sequence[LayerLaw], amplitude: Array, omega: Array, influence: Influence, motion: Array,
+        response: Array, added: Added,
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """Changes of log motion (s, n, u) and log response (s, o, u) once the stiffness has followed the amplitude.
+
+        Parameters
+        ----------
+        motion, response
+            The same changes at a stiffness that is held.
+        added
+            What else of the stiffness follows.
+        """
+        growth = self.stiffness(laws, amplitude, omega.real)[1][:, :, None] * np.eye(amplitude.shape[1])
+        growth[:, : self.points, : self.points] += added.growth
+        own = np.eye(amplitude.shape[1]) - (influence.motion @ growth).real
+        k = growth @ np.linalg.solve(own, motion.real)
+        return motion + influence.motion @ k, response + influence.response @ k
+
+    def harmonics(self, motion: Array, count: int, omega: Array) -> Array:
+        """Harmonics 1 ... count (s, n, count) of the nonlinear forces for complex amplitudes (s, n) of their ports."""
+        amplitude, rows = np.abs(motion), np.arange(len(omega))
+        values = [
+            force.harmonics(amplitude[:, i], count, omega, *self._ripples(i, rows))
+            for i, force in enumerate(self.forces)
+        ]
+        return np.stack(values, axis=1) * _turned(motion, count)
+
+    def harmonics_of(self, orders: Sequence[int], motion: Array, omega: Array) -> Array:
+        """Harmonics (h, s, n) of some orders as in :meth:`harmonics`; a static part counts as none."""
+        if not self.forces:
+            return np.zeros((len(orders), *motion.shape), complex)
+        found = self.harmonics(motion, max(orders), omega)
+        return np.stack([found[:, :, h - 1] if h else np.zeros_like(motion) for h in orders])
+
+    def harmonic_changes(self, here: Array, motion: Array, count: int, omega: Array, log_motion: Array) -> Array:
+        """Changes (s, n, count, u) of :meth:`harmonics`, now `here`, with log motion (s, n, u)."""
+        step = LIMITS.local_difference
+        by_size = (self.harmonics(motion * (1 + step), count, omega) - here) / step
+        by_phase = 1j * np.arange(1, count + 1) * here
+        return np.asarray(
+            by_size[..., None] * log_motion.real[:, :, None, :] + by_phase[..., None] * log_motion.imag[:, :, None, :]
+        )
+
+    def _with_growth(self, amplitude: Array, omega: Array, rows: Array) -> tuple[Array, Array]:
+        """Stiffness of the forces at their ports' amplitudes at some steps, its derivative by their logarithms."""
+        step = LIMITS.local_difference
+        k, beyond = (self.equivalent(a, omega, rows) for a in (amplitude, amplitude * (1 + step)))
+        return k, (beyond - k) / step
+
+    def equivalent(self, amplitude: Array, omega: Array, rows: Array | None = None) -> Array:
+        """Stiffness (s, n) of the nonlinear forces at their ports' amplitudes (s, n), at all steps or some."""
+        rows = np.arange(len(omega)) if rows is None else rows
+        values = [f.equivalent(amplitude[:, i], omega, *self._ripples(i, rows)) for i, f in enumerate(self.forces)]
+        return np.stack(values, axis=1)
+
+    def _ripples(self, number: int, rows: Array) -> tuple[Array, ...]:
+        """What a slider slips into at some steps; nothing for another force, or where that is not known."""
+        if self.ripples is None or self.forces[number].slider is None:
+            return ()
+        return (self.ripples[rows, number],)
+
+    def _as_arrays(self, sliders: Sequence[Slider], omega: Array) -> tuple[Array, Array, Array]:
+        """Stiffness and slip force (m, 2) of each; what it slips into (s, m, 3), and what that has in common (s, m)."""
+        values, compliance = np.empty((len(sliders), 2)), np.empty((len(omega), len(sliders), len(RIPPLES)), complex)
+        common = np.empty((len(omega), len(sliders)))
+        for i, slider in enumerate(sliders):
+            values[i] = slider.stiffness, slider.slip_force
+            compliance[:, i] = slider.compliance(omega) if self.ripples is None else self.ripples[:, i]
+            common[:, i] = common_spring(compliance[:, i])
+        return values, compliance, common
+
+
+def _turned(motion: Array, count: int) -> Array:
+    return np.exp(1j * np.angle(motion)[:, :, None] * np.arange(1, count + 1))

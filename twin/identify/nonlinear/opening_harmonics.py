@@ -1,0 +1,355 @@
+"""Harmonics of the layer's openings: the law's time form moves the layer at multiples of the drive frequency, too.
+
+The law's softening is a describing function; the one odd, single-valued force that has it is its time form here.  Its
+harmonics move the openings, the structure's other modes answer them (the third harmonic of a sweep about one mode may
+fall on another mode's resonance), and what they do comes back to the fundamental.  With the fundamentals given, the
+other harmonics X_h of all points together solve
+
+    X_h = C_h (drive's own harmonic F_h) - C_h (force - secant stiffness x opening)_h,
+
+C_h the receptances with the law's secant stiffness in them, by alternating frequency-time and Newton's method with the
+exact Jacobian, which is Toeplitz and Hankel in the harmonics of the tangent.
+
+The law is the joint's own.  A layer that loses contact where it opens (a slap) goes on beyond the gap with `factor` of
+its slope, on that side only: even harmonics, and less stiffness for the fundamental.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
+
+from twin.arrays import Array
+from twin.identify.limits import LIMITS
+from twin.identify.model_modification import Opening
+from twin.identify.nonlinear.joint_law import LayerLaw, spline_basis
+from twin.identify.nonlinear.opening_kernel import balance, by_softening, force_at, growth
+
+SAMPLES = 64
+"""Of a period."""
+TURNS, SHORTEST = 24, 1 / 16
+"""Newton steps; three to five are usual.  And the share of one that is taken though it comes no nearer."""
+GRID = 400
+"""Points of a force's table."""
+WAVES, STRETCH = 3.0, 4.0
+"""Weight of a softening's second differences in its time form, with so many knots for a logarithm of opening: harmonics
+follow its slopes, so that waves of a quarter's length, which noise makes and which hardly matter to the fundamental,
+would grow from fit to fit."""
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(60)
+
+
+@dataclass(frozen=True)
+class Openings:
+    """The p openings at s steps, and what surrounds them.
+
+    Attributes
+    ----------
+    fundamental : ndarray, (s, p)
+        Complex amplitudes, m.
+    secant : ndarray, (s, p)
+        Stiffness that the law takes off each there, N/m (negative).
+    weight : ndarray, (s, p)
+        A modulus times it is a stiffness.
+    modulus : ndarray, (j,)
+        E' of the joints, N/m2.
+    joint : ndarray of int, (p,)
+        Which of them each point belongs to.
+    orders : tuple of int
+        The harmonics in question.
+    compliance : ndarray, (s, h, p, p)
+        Receptances among the openings at these harmonics.
+    driven : ndarray, (s, h, p)
+        Their motion by the drive's own harmonics, m.
+    to_slips : ndarray, (s, h, p, p)
+        Receptances from forces on the openings to the slips.
+    slips_driven : ndarray, (s, h, p)
+        The slips' motion by the drive's own harmonics, m.
+    """
+
+    fundamental: Array
+    secant: Array
+    weight: Array
+    modulus: Array
+    joint: NDArray[np.int64]
+    orders: tuple[int, ...]
+    compliance: Array
+    driven: Array
+    to_slips: Array
+    slips_driven: Array
+
+    def slips(self, balance: OpeningBalance) -> Array:
+        """Harmonics (s, h, p) of the slips that go with the openings', m."""
+        return np.asarray(self.slips_driven - np.einsum("shpq,shq->shp", self.to_slips, balance.force))
+
+
+@dataclass(frozen=True)
+class OpeningBalance:
+    """Harmonics in balance.
+
+    Attributes
+    ----------
+    motion : ndarray, (s, h, p)
+        Of the openings, m.
+    force : ndarray, (s, h, p)
+        Of the law's force beyond its secant stiffness, N.
+    more : ndarray, (s, p)
+        Stiffness that the harmonics add to the fundamental's secant one, N/m.
+    unsettled : float
+        Largest Newton step that was left, over the fundamental.
+    """
+
+    motion: Array
+    force: Array
+    more: Array
+    unsettled: float
+
+
+def at_harmonic(stiffness: Array, h: int) -> Array:
+    """The law's stiffness at the points as harmonic h of their motion meets it.
+
+    Within a period the loss is a force in proportion to velocity, whose coefficient the running amplitude sets.
+    """
+    return np.asarray(stiffness.real + 1j * h * stiffness.imag)
+
+
+def loss_among_harmonics(
+    laws: Sequence[LayerLaw], joint: NDArray[np.int64], slips: Array, harmonics: Array, orders: Sequence[int]
+) -> Array:
+    """What harmonics of the slips add to the loss modulus of the fundamental (usually they take from it).
+
+    The loss is a force in proportion to velocity whose coefficient is the loss modulus at the running amplitude over
+    the running frequency: both are root mean squares, to which every harmonic counts.
+
+    Parameters
+    ----------
+    joint : ndarray of int, (p,)
+        Which joint's law each slip goes by.
+    slips, harmonics : ndarray, (s, p) and (s, h, p)
+        Complex amplitudes of the fundamental and of the harmonics `orders`, m.
+
+    Returns
+    -------
+    ndarray, (s, p)
+        N/m2.
+    """
+    order = np.array(orders, float)[:, None]
+    first, others = np.abs(slips) ** 2, np.abs(harmonics) ** 2
+    # A static part has no velocity; its square counts twice, as the mean of a wave of that size is its half.
+    displacement = first + np.sum(np.where(order == 0, 2.0, 1.0) * others, axis=1)
+    velocity = first + np.sum(order**2 * others, axis=1)
+    fall = np.sqrt(displacement / np.maximum(velocity, 1e-300))
+    change = np.empty_like(first)
+    for number, law in enumerate(laws):
+        own = joint == number
+        change[:, own] = law.loss_at(np.sqrt(displacement[:, own])) * fall[:, own] - law.loss_at(np.abs(slips[:, own]))
+    return change
+
+
+def has_harmonics(laws: Sequence[LayerLaw], slaps: Sequence[Opening | None]) -> bool:
+    """Whether any layer's force has harmonics that its openings follow: it is not linear, or loses contact."""
+    return any(np.any(law.vector) for law in laws) or any(slap is not None for slap in slaps)
+
+
+def balance_openings(
+    laws: Sequence[LayerLaw], openings: Openings, slaps: Sequence[Opening | None] = (), *, start: Array | None = None
+) -> OpeningBalance:
+    """Find the harmonics that go with given fundamentals.
+
+    Parameters
+    ----------
+    slaps
+        Lost contact in each joint, if there is any; the orders must then hold the even ones.
+    start : ndarray, (s, h, p)
+        Motion to begin from.
+    """
+    a = openings.fundamental
+    shape = (len(a), len(openings.orders), a.shape[1])
+    X = np.zeros(shape, complex) if start is None else start.copy()
+    if not laws:
+        return OpeningBalance(X, X, np.zeros(a.shape, complex), 0.0)
+    layer, lost = _layer(laws, openings, slaps)
+    force, more, unsettled = np.empty(shape, complex), np.empty(a.shape, complex), np.empty(len(a))
+    around = a, openings.secant, openings.weight, openings.compliance, openings.driven
+
+    def settle(rows: NDArray[np.int64], share: float) -> None:
+        """Balance these steps with a share of what is lost."""
+        out: Sequence[Any] = [np.ascontiguousarray(array[rows]) for array in (X, force, more, unsettled)]
+        given = _one_layout(*(a[rows] for a in around), *layer, lost * [share, 1.0, 1.0])
+        balance(*given, *out, TURNS, LIMITS.opening_balanced, SHORTEST)  # type: ignore[call-arg]
+        for array, values in zip((X, force, more, unsettled), out, strict=True):
+            array[rows] = values
+
+    settle(np.arange(len(a)), 1.0)
+    stuck = np.flatnonzero(unsettled > LIMITS.opening_stuck)
+    if len(stuck) and lost[:, 0].any():
+        X[stuck] = 0.0
+        for share in LIMITS.little_by_little:
+            settle(stuck, share)
+    return OpeningBalance(X, force, more, float(np.max(unsettled, initial=0.0)))
+
+
+def growth_of_more(
+    laws: Sequence[LayerLaw], openings: Openings, balance: OpeningBalance, slaps: Sequence[Opening | None] = ()
+) -> Array:
+    """Derivatives (s, p, p) of the stiffness that harmonics add, by the logarithms of the fundamentals, N/m."""
+    a = openings.fundamental
+    grown = np.zeros((*a.shape, a.shape[1]), complex)
+    if laws:
+        layer, lost = _layer(laws, openings, slaps)
+        around = a, openings.secant, openings.weight, openings.compliance
+        growth(*_one_layout(*around, *layer, lost, balance.motion, balance.more), grown)  # type: ignore[call-arg]
+    return grown
+
+
+def stiffness_sensitivity(
+    laws: Sequence[LayerLaw],
+    openings: Openings,
+    motion: Array,
+    moved: Array,
+    *,
+    slaps: Sequence[Opening | None] = (),
+) -> tuple[list[Array], Array]:
+    """Derivatives of the stiffness that harmonics add to the fundamental's.
+
+    The fundamentals are held, and the harmonics follow: the implicit function theorem on the balance of
+    :func:`balance_openings`.
+
+    Parameters
+    ----------
+    motion : ndarray, (s, h, p)
+        Harmonics in balance.
+    moved : ndarray, (s, h, p, u)
+        Their change with parameters of what is around the openings, at forces that are held.
+
+    Returns
+    -------
+    list of ndarray, (s, p, n)
+        Per joint, by its law's softening at the knots; that moves the harmonics at the other joints' points as well.
+    ndarray, (s, p, u)
+        By these parameters.
+    """
+    a, orders = openings.fundamental, np.array(openings.orders)
+    if not laws:
+        return [], np.zeros((*a.shape, moved.shape[3]), complex)
+    theta = 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES
+    waves = np.exp(1j * np.outer(theta, orders))
+    # Amounts of cosines, then of minus sines: real and imaginary parts of a harmonic.  A static part is its mean.
+    onto = np.hstack([waves.real, -waves.imag])
+    back_from = np.tile(np.where(orders == 0, 1.0, 2.0) / SAMPLES, 2)[:, None] * onto.T
+    alone = (a[:, :, None] * np.exp(1j * theta)).real
+    around = alone + (motion.transpose(0, 2, 1) @ waves.T).real
+    modulus = openings.modulus[openings.joint]
+    tables = [_odd_force(law, E) for law, E in zip(laws, openings.modulus, strict=True)]
+    slope = np.empty_like(around)
+    share, gap = np.array([_lost(slap) for slap, _ in _each(slaps, tables)]).T[:, openings.joint, None]
+    share = np.where(around > gap, share, 0.0)
+    for point, joint in enumerate(openings.joint):
+        x, _, rise = tables[joint]
+        slope[:, point] = np.interp(np.abs(around[:, point]), x, rise)
+    slope *= 1 - share
+    tangent = openings.weight[..., None] * (slope - modulus[:, None]) - openings.secant[..., None]
+    by_motion = np.einsum("it,spt,tj->spij", back_from, tangent, onto, optimize=True)
+    s, p, two = len(a), a.shape[1], onto.shape[1]
+    h = two // 2
+    C = np.zeros((s, two, p, two, p))
+    for i in range(h):
+        R = openings.compliance[:, i]
+        C[:, i, :, i], C[:, i, :, h + i] = R.real, -R.imag
+        C[:, h + i, :, i], C[:, h + i, :, h + i] = R.imag, R.real
+    J = np.einsum("siqjp,spjk->siqkp", C, by_motion).reshape(s, two * p, two * p) + np.eye(two * p)
+    first = 2 / SAMPLES * np.exp(-1j * theta)
+    by_change = (first * tangent) @ onto
+    at_rest = np.where(a == 0, 1.0, a)[:, :, None]
+
+    def back(change: Array) -> Array:
+        """Fundamentals (s, p, u) of the force, once the harmonics have followed their change (s, two p, u)."""
+        followed = np.linalg.solve(J, change).reshape(s, two, p, -1).transpose(0, 2, 1, 3)
+        return np.asarray((by_change[:, :, None] @ followed)[:, :, 0])
+
+    out = []
+    for joint, law in enumerate(laws):
+        own = np.flatnonzero(openings.joint == joint)
+        held = _abel(law.opening_knots.tobytes(), law.run_out), gap[own, 0], openings.weight[:, own]
+        by_law = _taken_off(around[:, own], share[:, own], np.vstack([back_from, first.real, first.imag]), *held)
+        alone_too = _taken_off(alone[:, own], 0 * alone[:, own], np.vstack([first.real, first.imag]), *held)
+        at_first, by_law = by_law[:, :, two:] - alone_too, by_law[:, :, :two]
+        driven = np.einsum("siqjp,spjn->siqn", C[..., own], by_law).reshape(s, two * p, -1)
+        force = back(-driven)
+        force[:, own] += at_first[:, :, 0] + 1j * at_first[:, :, 1]
+        out.append(force / at_rest)
+    both = np.concatenate([moved.real, moved.imag], axis=1)
+    return out, back(both.reshape(s, two * p, -1)) / at_rest
+
+
+def _lost(slap: Opening | None) -> tuple[float, float]:
+    """Share of the stiffness that lost contact takes beyond the gap, and the gap, m."""
+    return (0.0, 0.0) if slap is None else (1 - slap.factor, slap.gap_m)
+
+
+def _layer(
+    laws: Sequence[LayerLaw], openings: Openings, slaps: Sequence[Opening | None]
+) -> tuple[tuple[Any, ...], Array]:
+    """What the kernel takes of the layer: moduli, orders, waves of a period, tables of forces; what is lost (p, 3)."""
+    orders, joint = np.array(openings.orders), openings.joint
+    angle = np.outer(np.arange(2 * orders[-1] + 1), 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
+    tables = np.array([_odd_force(law, E) for law, E in zip(laws, openings.modulus, strict=True)])
+    lost = np.array([(*_lost(slap), force_at(_lost(slap)[1], table)[0]) for slap, table in _each(slaps, tables)])
+    return (openings.modulus[joint], orders, np.cos(angle), np.sin(angle), tables[joint]), lost[joint]
+
+
+def _one_layout(*arrays: Any) -> list[Any]:
+    """For one compilation whatever the arrays' order in memory."""
+    return [np.ascontiguousarray(array) for array in arrays]
+
+
+def _each(slaps: Sequence[Opening | None], tables: Sequence[Any] | Array) -> Iterator[tuple[Opening | None, Any]]:
+    """Each joint's lost contact, none where none is given, with its force's table."""
+    return zip(slaps or [None] * len(tables), tables, strict=True)
+
+
+def _taken_off(
+    opening: Array, lost: Array, onto: Array, table: tuple[Array, Array, Array], gap: Array, weight: Array
+) -> Array:
+    """What a unit of softening at each knot takes off the force along a period, projected on waves, (s, p, m, n)."""
+    x, off, slope = table
+    projected = np.empty((*opening.shape[:2], len(onto), off.shape[1]))
+    by_softening(*_one_layout(opening, lost, gap), x[1], off, slope, *_one_layout(onto), projected)  # type: ignore[call-arg]
+    return np.asarray(-weight[:, :, None, None] * projected)
+
+
+def _odd_force(law: LayerLaw, modulus: float) -> tuple[Array, Array, Array]:
+    """Openings, the layer's whole force there per weight, and its slope: what has the law as its describing function.
+
+    The inverse of f -> N(a) = 2 / (pi a) int_0^pi f(a cos t) cos t dt is Abel's; with u = sin t it reads
+    f(x) = x / 2 int_0^(pi/2) (3 sin^3 t N(x sin t) + x sin^4 t N'(x sin t)) dt.
+    """
+    x, _, slopes = _abel(law.opening_knots.tobytes(), law.run_out)
+    slope = np.maximum(modulus - slopes @ law.softening, LIMITS.least_tangent * modulus)
+    # The integral of a slope that is straight between the grid's points, as the kernel has it.
+    return x, cumulative_trapezoid(slope, x, initial=0.0), slope
+
+
+@lru_cache(maxsize=16)
+def _abel(knots: bytes, run_out: float) -> tuple[Array, Array, Array]:
+    """A grid of openings (g,), and matrices (g, n) from a softening at the knots to the force it takes off there.
+
+    The second one is that force's slope, of which the first is the integral as of one that is straight between points.
+    """
+    at = np.frombuffer(knots)
+    last = at[-1]
+    x = np.linspace(0.0, 1.5 * last, GRID)
+    sine = np.sin((NODES + 1) * np.pi / 4)
+    B, by_log = spline_basis(at, x[:, None] * sine, run_out)
+    # x sin N' is the derivative by the logarithm
+    matrix = np.einsum("t,gtn->gn", WEIGHTS * np.pi / 4 * sine**3, 3 * B + by_log) * (x / 2)[:, None]
+    bend = np.diff(np.eye(matrix.shape[1]), 2, axis=0)
+    # Over the same stretch of amplitude however many knots there are.
+    waves = WAVES * ((len(at) - 1) / (STRETCH * np.log(last / at[0]))) ** 4
+    slopes = np.gradient(matrix @ np.linalg.inv(np.eye(matrix.shape[1]) + waves * bend.T @ bend), x, axis=0)
+    return x, cumulative_trapezoid(slopes, x, axis=0, initial=0.0), slopes

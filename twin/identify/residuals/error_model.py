@@ -1,0 +1,227 @@
+"""What is not the parameters' doing: noise, and the model's own errors, as covariances of the residuals.
+
+A model is wrong in its dynamic stiffness, not in its response: a relative error of a mode's stiffness changes the
+response little away from the resonance and much within its width.  So the error of a response is that of each mode's
+stiffness times the response's sensitivity to it, which all channels share, beside a small error of every channel
+against the others.  How large both are is inferred with the parameters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from twin.arrays import Array
+from twin.identify.limits import LIMITS
+from twin.identify.linear.linear_fit import MODULI_STD
+from twin.identify.measured_data import StepArrays
+from twin.identify.residuals.whitening import Whitening
+from twin.identify.spectra.broadband import BinnedResponse
+from twin.identify.spectra.sweeps import rows_by_sweep
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """Model error of one kind of data.
+
+    Attributes
+    ----------
+    stiffness : float
+        Relative error of a mode's dynamic stiffness, drawn anew at every frequency.
+    ratio : float
+        Relative error of one channel's response against the others'.
+    """
+
+    stiffness: float
+    ratio: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ErrorModel:
+    """Model error of the steps' fundamentals and of the broadband runs.
+
+    Attributes
+    ----------
+    frequency : float
+        Prior of what the finite elements and rounded dimensions leave wrong in each natural frequency, relative.
+    moduli : float
+        Prior of the logarithms of E' and G': tight only while a fit with large errors finds its way, for these are
+        shared by many bins and would else count as many independent witnesses for wrong moduli.
+    roughness : tuple of float
+        Prior of how a joint's softening and how its loss bends, see
+        :func:`twin.identify.nonlinear.joint_law.curve_precision`.
+    """
+
+    steps: Discrepancy
+    broadband: Discrepancy
+    frequency: float = LIMITS.frequency_std
+    moduli: float = MODULI_STD
+    roughness: tuple[float, float] = (1.6, 7.8)
+
+    def loosened(self, stiffness: float, frequency: float, moduli: float) -> ErrorModel:
+        """The same with errors of stiffness no smaller than this, and of ratios three times that."""
+        steps, broadband = (
+            Discrepancy(max(own.stiffness, stiffness), max(own.ratio, 3 * stiffness))
+            for own in (self.steps, self.broadband)
+        )
+        return replace(self, steps=steps, broadband=broadband, frequency=frequency, moduli=moduli)
+
+    def as_small_as(self, sound: ErrorModel) -> bool:
+        """Whether no error of the steps is larger than one in six of sound rigs needs."""
+        pairs = ((self.steps.stiffness, sound.steps.stiffness), (self.steps.ratio, sound.steps.ratio))
+        return all(mine < usual * np.exp(SPREAD) for mine, usual in pairs)
+
+    def with_value(self, kind: str, name: str, value: float) -> ErrorModel:
+        """The same but for one number."""
+        return replace(self, **{kind: replace(getattr(self, kind), **{name: value})})
+
+
+SOUND = ErrorModel(steps=Discrepancy(2e-6, 5e-5), broadband=Discrepancy(4e-5, 6e-5))
+"""What sound rigs need: medians over two clean campaigns of a program that shares no code with the bench, and the
+bench's seed 5301.  The roughness: these two, and the bench's seeds 7201 and 7202."""
+SPREAD = np.log(3.0)
+"""Standard deviation of the logarithm of each: sound rigs lie within a factor of three."""
+CONTINUATION = (
+    (1e-2, 3e-2, 0.01),
+    (3e-3, 1e-2, 0.03),
+    (1e-3, 3e-3, MODULI_STD),
+    (1e-4, 7e-4, MODULI_STD),
+    (1e-5, 2e-4, MODULI_STD),
+)
+"""Errors of stiffness, priors of frequencies and of moduli through which a fit comes to its minimum: with large ones it
+follows the resonances wherever they are, and each smaller one asks the parameters to explain more of that."""
+
+
+def continuation(errors: ErrorModel) -> tuple[ErrorModel, ...]:
+    """Model errors of successive fits, the last one `errors` themselves."""
+    return (*(errors.loosened(*level) for level in CONTINUATION if level[0] > errors.steps.stiffness), errors)
+
+
+def log_prior(errors: ErrorModel, sound: ErrorModel = SOUND, *, free: bool = False) -> float:
+    """Log density of the logarithms of errors and roughness.
+
+    Parameters
+    ----------
+    sound
+        Those of sound rigs.
+    free
+        Whether those of stiffness may have any size up to :data:`LIMITS.error_model_any`, over a sound rig's.
+    """
+    total = sum(_log_normal(own / usual) for own, usual in zip(errors.roughness, sound.roughness, strict=True))
+    for kind in ("steps", "broadband"):
+        for name in ("stiffness", "ratio"):
+            ratio = getattr(getattr(errors, kind), name) / getattr(getattr(sound, kind), name)
+            if free and name == "stiffness":
+                total -= np.log(np.log(LIMITS.error_model_any))
+            else:
+                total += _log_normal(ratio)
+    return float(total)
+
+
+def _log_normal(ratio: float) -> float:
+    """Log density of the logarithm of a number over its median."""
+    return float(-0.5 * (np.log(ratio) / SPREAD) ** 2 - np.log(np.sqrt(2 * np.pi) * SPREAD))
+
+
+SHIFT = 6e-5
+"""Standard deviation of what all natural frequencies of one run or sweep are off by, relative: half a kelvin between
+them, and a steel whose modulus falls by 2.4e-4 per kelvin."""
+
+
+class ErrorSources(Protocol):
+    """What the covariances of residuals are made of, as :class:`Covariances` has it of recordings."""
+
+    def shifts(self) -> tuple[tuple[Array, ...], Array]:
+        """Changes of the residuals as all frequencies of a run, a sweep or a table shift."""
+        ...
+
+    def of_broadband(self, errors: Discrepancy) -> tuple[Whitening, ...]:
+        """Of each broadband run's residuals."""
+        ...
+
+    def of_steps(self, errors: Discrepancy) -> Whitening:
+        """And of the steps', or of a table's frequencies."""
+        ...
+
+
+@dataclass(frozen=True)
+class Covariances:
+    """What the covariances of a model's residuals are made of, at parameters that are held.
+
+    Attributes
+    ----------
+    broadband : tuple of BinnedResponse
+    broadband_by_stiffness : tuple of ndarray, (b, o, m)
+        D log response / d log stiffness of each mode.
+    steps : StepArrays
+    by_stiffness : ndarray, (s, o, m)
+        The same of the steps.
+    by_amplitude : ndarray, (s, o)
+        D log response / d log amplitude of the reference channel, by which the joint's law goes: its noise is in the
+        prediction, too.
+    reference : int
+        Number of that channel.
+    ratio : ndarray, (s, o)
+        Measured over predicted response, by which the steps' residuals are multiplied.
+    """
+
+    broadband: tuple[BinnedResponse, ...]
+    broadband_by_stiffness: tuple[Array, ...]
+    steps: StepArrays
+    by_stiffness: Array
+    by_amplitude: Array
+    reference: int
+    ratio: Array
+
+    def shifts(self) -> tuple[tuple[Array, ...], Array]:
+        """Changes of the residuals of broadband runs (b, o, k) and of steps (s, 2 o, k).
+
+        As all frequencies of one of the k runs and sweeps shift by SHIFT.
+        """
+        sweeps = rows_by_sweep(self.steps.states)
+        count = len(self.broadband) + len(sweeps)
+        runs = []
+        for number, by_stiffness in enumerate(self.broadband_by_stiffness):
+            columns = np.zeros((*by_stiffness.shape[:2], count), complex)
+            columns[:, :, number] = 2 * SHIFT * by_stiffness.sum(axis=2)
+            runs.append(columns)
+        steps = np.zeros((*self.ratio.shape, count), complex)
+        for number, rows in enumerate(sweeps.values(), len(self.broadband)):
+            steps[rows, :, number] = 2 * SHIFT * self.ratio[rows] * self.by_stiffness[rows].sum(axis=2)
+        return tuple(runs), np.concatenate([steps.real, steps.imag], axis=1)
+
+    def of_broadband(self, errors: Discrepancy) -> tuple[Whitening, ...]:
+        """Of each run's log responses (b, o)."""
+        found = []
+        for data, by_stiffness in zip(self.broadband, self.broadband_by_stiffness, strict=True):
+            ratio = (errors.ratio * data.depth[:, :, None]) ** 2 * np.eye(by_stiffness.shape[1])
+            found.append(Whitening.of(data.relative_covariance + ratio + _outer(by_stiffness, errors.stiffness)))
+        return tuple(found)
+
+    def of_steps(self, errors: Discrepancy) -> Whitening:
+        """Of the steps' residuals (s, 2 o), real parts above imaginary ones."""
+        steps, outputs = self.steps, self.ratio.shape[1]
+        own = steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2
+        through = np.tile(np.eye(2 * outputs), (len(steps), 1, 1))
+        through[:, :outputs, self.reference] -= self.by_amplitude.real
+        through[:, outputs:, self.reference] -= self.by_amplitude.imag
+        noise = through * (np.concatenate([own, own], axis=1) / 2)[:, None, :] @ np.swapaxes(through, 1, 2)
+        # A mode's dynamic stiffness changes with frequency as with its stiffness, twice as much over the frequency.
+        by_growth = 2 * self.by_stiffness.sum(axis=2, keepdims=True) / steps.omega[:, None, None]
+        force = steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2
+        shared = _outer(self.by_stiffness, errors.stiffness) + force[:, None, None]
+        shared = shared + _outer(by_growth * steps.growth_std[:, None, None], np.sqrt(2.0))  # of each of its two parts
+        covariance = noise + _real(shared + errors.ratio**2 * np.eye(outputs)) / 2
+        turn = _real(self.ratio[:, :, None] * np.eye(outputs))
+        return Whitening.of(turn @ covariance @ np.swapaxes(turn, 1, 2))
+
+
+def _outer(columns: Array, size: float) -> Array:
+    return size**2 * np.einsum("fom,fpm->fop", columns, columns.conj())
+
+
+def _real(values: Array) -> Array:
+    """Complex matrices (f, o, o) as they act on real parts above imaginary ones."""
+    return np.block([[values.real, -values.imag], [values.imag, values.real]])

@@ -1,0 +1,98 @@
+"""What a fit holds while its parameters move: weights, the balance of fundamentals, what harmonics add to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from twin.arrays import Array
+from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.nonlinear.balance import Balance
+from twin.identify.nonlinear.opening_harmonics import OpeningBalance, Openings
+from twin.identify.residuals.error_model import ErrorSources
+from twin.identify.residuals.whitening import Whitening
+
+__all__ = ["Linearisation", "LostContact", "with_more"]
+
+
+@dataclass(frozen=True)
+class LostContact:
+    """A layer's openings where they lose contact.
+
+    Attributes
+    ----------
+    openings : Openings
+        What surrounds them at all harmonics,
+    balance : OpeningBalance
+        those harmonics,
+    read : ndarray, (s, h, o, p)
+        and what the channels read per force on the openings.
+    """
+
+    openings: Openings
+    balance: OpeningBalance
+    read: Array
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """What a fit holds while its parameters move; it would creep if these moved with them.
+
+    Attributes
+    ----------
+    broadband : tuple of Whitening, (b, o, o)
+        Of each broadband run's log responses,
+    steps : Whitening, (s, 2 o, 2 o)
+        and of the steps, real parts above imaginary ones.
+    balance : Balance
+        Of the moving ports: where to begin, and what harmonics add.
+    lost : LostContact or None
+        The layer's openings, where contact is lost there.
+    baseline : BaselineParameters
+        That the balance was found with,
+    by_unknowns : ndarray, (s, p, u), or None
+        and the derivative by each unknown of what the harmonics add to the openings' stiffness.
+    made_of : ErrorSources or None
+        What the covariances came from; none where they were given.
+    by_causes : ndarray, (s, 2 p, k), or None
+        Derivative by each of the causes' parameters of what the harmonics add at the points.
+    """
+
+    broadband: tuple[Whitening, ...]
+    steps: Whitening
+    balance: Balance | None
+    lost: LostContact | None
+    baseline: BaselineParameters
+    by_unknowns: Array | None
+    made_of: ErrorSources | None = None
+    by_causes: Array | None = None
+
+    def moved(self, change: Array) -> Linearisation:
+        """The same where the causes' parameters are others by `change` (k,), to first order."""
+        if self.balance is None or self.by_causes is None:
+            return self
+        return replace(self, balance=with_more(self.balance, self.by_causes @ change))
+
+    def derivative(self, baseline: BaselineParameters) -> Array | None:
+        """Where there are :attr:`by_unknowns`, and by these parameters: laws have knots of their own."""
+        same = all(
+            np.array_equal(law.opening_knots, mine.opening_knots) and np.array_equal(law.slip_knots, mine.slip_knots)
+            for law, mine in zip(baseline.laws, self.baseline.laws, strict=True)
+        )
+        return self.by_unknowns if same else None
+
+    def balance_with(self, baseline: BaselineParameters) -> Balance:
+        """The balance with what the harmonics add, to first order, where the unknowns are others."""
+        assert self.balance is not None
+        derivative = self.derivative(baseline)
+        if derivative is None:
+            return self.balance
+        return with_more(self.balance, derivative @ (baseline.vector - self.baseline.vector))
+
+
+def with_more(balance: Balance, change: Array) -> Balance:
+    """A balance where something else is added to the stiffness of the first ports (s, p)."""
+    stiffness = balance.added.stiffness.copy()
+    stiffness[:, : change.shape[1]] += change
+    return replace(balance, added=replace(balance.added, stiffness=stiffness))

@@ -1,0 +1,394 @@
+"""Residuals of all evidence against an extended model, whitened, with their sensitivities to what is always unknown.
+
+Parameters of the base family: the base parameters (moduli, losses, modal damping, frequency discrepancy) and the
+values of the joint's law at its knots.  All sensitivities are products of receptances (2011 paper, equation 15), taken
+on the logarithm of the response as there (equation 16), but of its complex value, so that phase counts too.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from twin.arrays import Array
+from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.forward.forward_model import AtHarmonic, ForwardModel
+from twin.identify.limits import LIMITS
+from twin.identify.linear.linear_fit import base_prior
+from twin.identify.linear.linear_model import LinearModel, nominal_parameters
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
+from twin.identify.nonlinear.balance import Balance
+from twin.identify.nonlinear.joint_law import curve_precision
+from twin.identify.nonlinear.local_forces import Influence
+from twin.identify.nonlinear.opening_harmonics import balance_openings, stiffness_sensitivity
+from twin.identify.residuals.error_model import SOUND, Covariances, ErrorModel
+from twin.identify.residuals.linearisation import Linearisation, LostContact, with_more
+from twin.identify.residuals.prediction import Prediction
+from twin.identify.residuals.whitening import HarmonicResiduals, Whitening
+from twin.identify.spectra.broadband import BinnedResponse
+
+
+class ResidualModel(ForwardModel):
+    """Evaluates residuals of `evidence` for an extension of the nominal rig."""
+
+    def __init__(
+        self,
+        evidence: MeasuredData,
+        modification: ModelModification | None = None,
+        harmonics: HarmonicResiduals | None = None,
+        *,
+        errors: ErrorModel = SOUND,
+        held: Linearisation | None = None,
+    ) -> None:
+        super().__init__(evidence, modification)
+        self.harmonics = harmonics
+        self.laws = len(self.model.structure.joints)
+        self.errors = errors
+        self._held = held
+        if held is not None and held.balance is not None:
+            self.local = self.local_at(held.balance)
+
+    def prior(self, baseline: BaselineParameters) -> tuple[Array, Array]:
+        """Mean and precision (u, u) of the unknowns: wide, but the law smooth over neighbouring knots."""
+        nominal, linear = nominal_parameters(self.evidence.rig, self.evidence.preload), self.evidence.linear
+        if linear is not None and self.errors.moduli < SOUND.moduli:
+            # While a fit finds its way the moduli are held, but where the broadband run can be followed at all.
+            nominal = replace(nominal, E=linear.nominal.E, G=linear.nominal.G)
+        mean, base = base_prior(
+            nominal, frequency_discrepancy_std=self.errors.frequency, moduli_std=self.errors.moduli,
+            scatter=self.evidence.frequency_scatter,
+        )  # fmt: skip
+        precision = self.law_precision(baseline, self.errors.roughness)
+        precision[: len(mean), : len(mean)] = base
+        if len(baseline.shown):
+            precision[baseline.of_shown, baseline.of_shown] = np.eye(len(baseline.shown)) / self.evidence.shape_error**2
+        return np.concatenate([mean, np.zeros(len(precision) - len(mean))]), precision
+
+    def law_precision(self, baseline: BaselineParameters, roughness: tuple[float, float]) -> Array:
+        """Precision (u, u) of the joints' laws alone."""
+        phi = self.model.basis.Phi[:, 0]
+        precision = np.zeros((len(baseline.blocks),) * 2)
+        for joint, (layer, law) in enumerate(zip(self.model.structure.joints, baseline.laws, strict=True)):
+            E = self.moduli[0][joint]
+            # A loss in G' must be many times G' to matter; its scale is what damps mode 1 like a tenth of E' does.
+            shear_share = float(np.sum((layer.B_G @ phi) ** 2) / np.sum((layer.B_E @ phi) ** 2))
+            for block, knots, scale, rough in (
+                (baseline.softening(joint), law.opening_knots, E, roughness[0]),
+                (baseline.loss(joint), law.slip_knots, 0.1 * E / shear_share, roughness[1]),
+            ):
+                precision[block, block] = curve_precision(knots, rough) / scale**2
+        return precision
+
+    def evaluate(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Prediction:
+        """Residual of all evidence, with its sensitivities unless they are not wanted (the jacobian is zero then)."""
+        residuals, jacobians, blocks = [], [], []
+        row = 0
+        for name, (r, J) in self._blocks(baseline, sensitivities):
+            residuals.append(r)
+            jacobians.append(J)
+            blocks.append((name, slice(row, row + len(r))))
+            row += len(r)
+        return Prediction(np.concatenate(residuals), np.vstack(jacobians), tuple(blocks))
+
+    def _blocks(self, baseline: BaselineParameters, sensitivities: bool) -> list[tuple[str, tuple[Array, Array]]]:
+        held = self._held or self.linearisation(baseline, sensitivities=sensitivities)
+        out = [
+            (f"broadband {i}", self._broadband(i, baseline, whitening, sensitivities))
+            for i, whitening in enumerate(held.broadband)
+        ]
+        if len(self.evidence.steps):
+            near = self.balance_at(held, baseline)
+            R, omega, balance = self.step_receptance(baseline, inner=sensitivities, held=near)
+            change = self._step_changes(baseline, R, omega, balance, held) if sensitivities else None
+            out.append(("steps", self._steps(baseline, R, omega, held.steps, change)))
+            if self.harmonics is not None:
+                out.append(("harmonics", self._harmonics(baseline, R, balance, change)))
+        return out
+
+    def balance_at(self, held: Linearisation, baseline: BaselineParameters) -> Balance:
+        """The balance where the unknowns are others, and where contact is lost in another way."""
+        balance = held.balance_with(baseline)
+        lost = held.lost
+        if lost is None or not self.modification.opening:
+            return balance
+        now = balance_openings(held.baseline.laws, lost.openings, self.slaps, start=lost.balance.motion)
+        return with_more(balance, now.more - lost.balance.more)
+
+    def added_beyond(self, held: Linearisation, baseline: BaselineParameters) -> Array:
+        """Stiffness (s, 2 p) that harmonics add at the points beyond what a residual with `held` has them add."""
+        found = self.step_receptance(baseline, inner=False, held=self.balance_at(held, baseline))[2]
+        openings = self.openings(baseline, found)
+        harmonics = balance_openings(baseline.laws, openings, self.slaps)
+        return (self.added_by(baseline, found, openings, harmonics) - found.more)[:, : 2 * len(self.points)]
+
+    def _broadband(
+        self, index: int, baseline: BaselineParameters, whitening: Whitening, sensitivities: bool
+    ) -> tuple[Array, Array]:
+        data = self.evidence.broadband[index]
+        shows = len(baseline.shown) > 0
+        R, omega = self.felt_receptance(data, baseline, inner=sensitivities or shows)
+        # log of the ratio: the paper's dB residual and the phase at once, and no false minima of hidden resonances.
+        log_ratio = np.log(data.H / self.responses(R, omega))
+        if shows:
+            by_shown = self.by_shown(R, omega)
+            log_ratio = log_ratio - by_shown @ baseline.shown
+        r, root = whitening(log_ratio), np.sqrt(2.0)
+        residual = root * np.concatenate([r.real, r.imag])
+        jacobian = np.zeros((len(residual), len(baseline.vector)))
+        if sensitivities:
+            J = whitening.columns(self._broadband_change(data, baseline, R, omega))
+            jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
+            if shows:
+                J = whitening.columns(by_shown)
+                jacobian[:, baseline.of_shown] = root * np.vstack([J.real, J.imag])
+        return residual, jacobian
+
+    def _broadband_change(self, data: BinnedResponse, baseline: BaselineParameters, R: Array, omega: Array) -> Array:
+        """D log response / d base parameters (b, o, u)."""
+        p, into, time = self.model.ports, self.driven(R, omega), self.run_times(data, omega)
+        baseline = replace(baseline, base=baseline.base.shifted(data.frequency_offset))
+        change = self._base_change(self.model, R, omega, baseline, time, np.arange(R.shape[1])[p.outputs], into)
+        return np.asarray(self.measured_change(change, omega) / self.responses(R, omega)[:, :, None])
+
+    def _steps(
+        self,
+        baseline: BaselineParameters,
+        R: Array,
+        omega: Array,
+        whitening: Whitening,
+        change: tuple[Array, Array] | None,
+    ) -> tuple[Array, Array]:
+        """Residuals of the inverse response, which is nearly linear in every stiffness, times the measured one."""
+        ratio = self._measured_over_predicted(R, omega)
+        r = ratio - 1
+        white = whitening(np.concatenate([r.real, r.imag], axis=1))
+        if change is None:
+            return white, np.zeros((len(white), len(baseline.vector)))
+        J = ratio[:, :, None] * change[0]
+        return white, whitening.columns(np.concatenate([J.real, J.imag], axis=1))
+
+    def _measured_over_predicted(self, R: Array, omega: Array) -> Array:
+        steps = self.evidence.steps
+        return np.asarray(steps.response[:, :, 0] / (self.responses(R, omega) * steps.force[:, :1]))
+
+    def covariances(self, baseline: BaselineParameters) -> Covariances:
+        """What the residuals' covariances are made of at these unknowns."""
+        return self._covariances(baseline, self._step_state(baseline))
+
+    def _step_state(self, baseline: BaselineParameters) -> tuple[Array, Array, Balance] | None:
+        return self.step_receptance(baseline) if len(self.evidence.steps) else None
+
+    def _covariances(self, baseline: BaselineParameters, state: tuple[Array, Array, Balance] | None) -> Covariances:
+        def by_stiffness(change: Array) -> Array:
+            return np.asarray(change[:, :, baseline.blocks["frequency_discrepancy"]] / 2)
+
+        runs = []
+        for data in self.evidence.broadband:
+            R, omega = self.felt_receptance(data, baseline, inner=True)
+            runs.append(by_stiffness(self._broadband_change(data, baseline, R, omega)))
+        steps = self.evidence.steps
+        outputs = steps.response.shape[1]
+        stiffness, amplitude, ratio = np.zeros((0, outputs, 1)), np.zeros((0, outputs)), np.zeros((0, outputs))
+        if state is not None:
+            R, omega, balance = state
+            stiffness = by_stiffness(self._step_changes(baseline, R, omega, balance)[0])
+            amplitude = self._by_amplitude(baseline, R, omega, balance)
+            ratio = self._measured_over_predicted(R, omega)
+        return Covariances(
+            self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, self.evidence.reference, ratio
+        )
+
+    def _by_amplitude(self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance) -> Array:
+        """D log response (s, o) / d log amplitude of the reference channel: through the law and the local forces."""
+        motion, influence = self._port_motion(R, omega)
+        ones = np.ones((*motion.shape, 1), complex)
+        still = np.zeros((len(motion), len(self.evidence.channels), 1), complex)
+        followed = self.local.follow(baseline.laws, np.abs(motion), omega, influence, ones, still, balance.added)
+        return followed[1][:, :, 0]
+
+    def linearisation(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Linearisation:
+        """What a fit that begins at these unknowns may hold; without sensitivities, what residuals at these need."""
+        state = self._step_state(baseline)
+        made_of = self._covariances(baseline, state)
+        white = made_of.of_broadband(self.errors.broadband), made_of.of_steps(self.errors.steps)
+        if state is None:
+            return Linearisation(*white, None, None, baseline, None, made_of)
+        found = state[2]
+        by_unknowns, lost = self._harmonics_by_unknowns(baseline, found) if sensitivities else (None, None)
+        return Linearisation(*white, found, lost, baseline, by_unknowns, made_of)
+
+    def _harmonics_by_unknowns(
+        self, baseline: BaselineParameters, found: Balance
+    ) -> tuple[Array | None, LostContact | None]:
+        """Derivatives (s, p, u) of the stiffness that the openings' harmonics add; and these where contact is lost.
+
+        A harmonic may meet a resonance, whose frequency and damping are unknown, too.
+        """
+        p, drive = len(self.points), self.model.ports.drive
+        opening, slip = self.moving[:p], self.moving[p : 2 * p]
+        around = [self.at_harmonic(h, baseline, found, inner=True) for h in self.orders]
+        openings = self.openings(baseline, found, around)
+        harmonics = balance_openings(baseline.laws, openings, self.slaps)
+        lossier = [loss for _, loss in self.local.by_law(baseline.laws, np.abs(found.motion))]
+        moved = np.zeros((*harmonics.motion.shape, len(baseline.blocks)), complex)
+        own_forces = self.forced_harmonics(found, openings.orders)
+        for order, (h, (R, force, omega)) in enumerate(zip(openings.orders, around, strict=True)):
+            by_force = np.einsum("spq,sq->sp", R[:, :, opening], harmonics.force[:, order])
+            by_force += np.einsum("spq,sq->sp", R[:, :, self.nonlinear_ports], own_forces[order])
+            into = R[:, :, drive] * force[:, None] - by_force
+            change = self._base_change(self.step_model, R, omega, baseline, self.step_times, opening, into)
+            moved[:, order, :, : change.shape[2]] = change
+            for joint, by_loss in enumerate(lossier):
+                own = slip[self.local.of_joint(joint)]
+                by_slip = -R[:, opening[:, None], own] * into[:, None, own]
+                moved[:, order, :, baseline.loss(joint)] = by_slip @ (h * by_loss)
+        by_softening, by_unknowns = stiffness_sensitivity(
+            baseline.laws, openings, harmonics.motion, moved, slaps=self.slaps
+        )
+        for joint, by in enumerate(by_softening):
+            by_unknowns[:, :, baseline.softening(joint)] = by
+            if self.modification.opening:  # lost contact takes off E' itself
+                change = LIMITS.local_difference * (np.arange(len(openings.modulus)) == joint)
+                stiffer = replace(openings, modulus=openings.modulus * (1 + change))
+                more = balance_openings(baseline.laws, stiffer, self.slaps, start=harmonics.motion).more
+                by_E = (more - harmonics.more) / LIMITS.local_difference
+                by_unknowns[:, :, baseline.blocks["log_E"].start + joint] += by_E
+        lost = LostContact(openings, harmonics, self.read_of_openings(around)) if self.modification.opening else None
+        return by_unknowns, lost
+
+    def read_of_openings(self, around: Sequence[AtHarmonic]) -> Array:
+        """What the response channels read (s, h, o, p) per force on the openings, from :meth:`at_harmonic`."""
+        at, outputs = self.moving[: len(self.points)], self.model.ports.outputs
+        read = [
+            (self.model.to_quantity(omega) * self.channel_factors(omega)[0])[:, :, None] * R[:, outputs][:, :, at]
+            for R, _, omega in around
+        ]
+        return np.stack(read, axis=1)
+
+    def _port_motion(self, R: Array, omega: Array) -> tuple[Array, Influence]:
+        """Complex amplitudes (s, n) at the moving ports, m, and how stiffness there changes things.
+
+        The amplitudes follow from the measured motion of the reference channel, not from the force: near a sharp
+        resonance the response to that is far more uncertain than the shape of the motion.
+        """
+        steps, reference, n = self.evidence.steps, self.evidence.reference, self.moving
+        into = self.driven(R, omega)
+        per_reference = into[:, n] / self.responses(R, omega)[:, reference, None]
+        motion = per_reference * steps.response[:, reference, 0, None]
+        to_outputs = -R[:, self.model.ports.outputs][:, :, n] * into[:, None, n]
+        by_response = self.log_response_change(to_outputs, R, omega)
+        by_motion = -R[:, n[:, None], n] * into[:, None, n] / into[:, n, None] - by_response[:, None, reference]
+        return motion, Influence(by_motion, by_response)
+
+    def motion_at_forces(self, baseline: BaselineParameters) -> Array:
+        """Complex amplitudes (s, n) of the steps at the ports of the extension's nonlinear forces, m."""
+        return self.step_receptance(baseline, inner=False)[2].motion[:, 2 * len(self.points) :]
+
+    def extra_harmonics(self, baseline: BaselineParameters, R: Array, balance: Balance) -> Array:
+        """Harmonics (s, h, o) that the extension's own forces add, at what :meth:`step_receptance` returned."""
+        assert self.harmonics is not None
+        added = np.zeros_like(self.harmonics.residual)
+        if self.modification.nonlinear:
+            added = added + self._by_local_forces(self.local.harmonics(*self._forced(R))[..., None])[..., 0]
+        return added + self._by_lost_contact(baseline, balance) if self.modification.opening else added
+
+    def _by_lost_contact(self, baseline: BaselineParameters, balance: Balance) -> Array:
+        """Even harmonics (s, h, o) of a layer that opens; the odd ones are any law's."""
+        assert self.harmonics is not None
+        p, orders = len(self.points), self.harmonics.orders
+        lost = self._held.lost if self._held is not None else None
+        if lost is None:
+            around = [self.at_harmonic(h, baseline, balance) for h in self.orders]
+            openings, read, start = self.openings(baseline, balance, around), self.read_of_openings(around), None
+        else:
+            openings, read, start = lost.openings, lost.read, lost.balance.motion
+        openings = replace(openings, fundamental=balance.motion[:, :p])
+        force = balance_openings(baseline.laws, openings, self.slaps, start=start).force
+        own = [openings.orders.index(h) for h in orders]
+        even = np.where(orders % 2 == 0, 1.0, 0.0)[:, None] * force[:, own]
+        return -np.asarray(np.einsum("shop,shp->sho", read[:, own], even))
+
+    def _harmonics(
+        self, baseline: BaselineParameters, R: Array, balance: Balance, change: tuple[Array, Array] | None
+    ) -> tuple[Array, Array]:
+        """Whitened harmonics less what the extension's own forces make.
+
+        The base family decides little of what lost contact does, and its sensitivities to that are left out.
+        """
+        assert self.harmonics is not None
+        residual, forces = self.harmonics.residual, None
+        if self.modification.opening:
+            residual = residual - self._by_lost_contact(baseline, balance)
+        if self.modification.nonlinear:
+            forced = self._forced(R)
+            forces = self.local.harmonics(*forced)
+            residual = residual - self._by_local_forces(forces[..., None])[..., 0]
+        r = self.harmonics.whiten(residual)
+        if change is None or forces is None:
+            return r, np.zeros((len(r), len(baseline.vector)))
+        changes = self.local.harmonic_changes(forces, *forced, change[1][:, 2 * len(self.points) :])
+        return r, self.harmonics.whiten(self._by_local_forces(changes))
+
+    def _by_local_forces(self, forces: Array) -> Array:
+        """Harmonics (s, h, o, u) of the outputs by harmonics (s, n, h, u) of the nonlinear forces."""
+        assert self.harmonics is not None
+        rows = np.array([force.row(self.harmonics.structure) for force in self.modification.nonlinear])
+        at = self.harmonics.field @ rows.T
+        return -np.asarray(np.einsum("shop,sphu->shou", at, forces[:, :, self.harmonics.orders - 1]))
+
+    def _base_change(
+        self,
+        model: LinearModel,
+        R: Array,
+        omega: Array,
+        baseline: BaselineParameters,
+        time_s: Array,
+        ports: Array,
+        into: Array,
+    ) -> Array:
+        """D displacement / d base parameters (f, q, b): the extension's factors on the moduli are factors on theirs."""
+        change = model.displacement_sensitivity(R, omega, baseline.base, ports, into)
+        more_E, more_G = self.moduli_factors
+        left = self.normal_left(time_s)
+        blocks = baseline.base.blocks(baseline.base.joints)
+        for names, factor in ((("log_E", "loss_E"), more_E * left), (("log_G", "loss_G"), more_G * np.ones_like(left))):
+            for name in names:
+                change[:, :, blocks[name]] *= factor[:, None, :]
+        return change
+
+    def _step_changes(
+        self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance, held: Linearisation | None = None
+    ) -> tuple[Array, Array]:
+        """D log / d unknowns of the measured responses (s, o, u), and of the motion at the moving ports (s, n, u)."""
+        p, into, moving = self.model.ports, self.driven(R, omega), self.moving
+        ports = np.concatenate([np.arange(R.shape[1])[p.outputs], moving])
+        change = self._base_change(self.step_model, R, omega, baseline, self.step_times, ports, into)
+        change = np.pad(change, [(0, 0), (0, 0), (0, len(baseline.blocks) - change.shape[2])])
+        outputs = len(self.evidence.channels)
+        response = self.log_response_change(change[:, :outputs], R, omega)
+        moved = change[:, outputs:] / into[:, moving, None] - response[:, self.evidence.reference, None]
+        motion, influence = self._port_motion(R, omega)
+        amplitude, points = np.abs(motion), len(self.points)
+        by_harmonics = held.derivative(baseline) if held is not None else None
+        if by_harmonics is not None:
+            # A law's harmonics are felt at every joint's points.
+            response += influence.response[:, :, :points] @ by_harmonics
+            moved += influence.motion[:, :, :points] @ by_harmonics
+        for joint, (softer, lossier) in enumerate(self.local.by_law(baseline.laws, amplitude)):
+            own = self.local.of_joint(joint)
+            for which, columns, k in (
+                (own, baseline.softening(joint), softer),
+                (points + own, baseline.loss(joint), lossier),
+            ):
+                response[:, :, columns] += influence.response[:, :, which] @ k
+                moved[:, :, columns] += influence.motion[:, :, which] @ k
+        moved, response = self.local.follow(baseline.laws, amplitude, omega, influence, moved, response, balance.added)
+        return response, moved
+
+    def _forced(self, R: Array) -> tuple[Array, int, Array]:
+        """Motion at the nonlinear forces' ports, how many harmonics are wanted, and omega."""
+        assert self.harmonics is not None
+        omega = self.clock(self.evidence.steps.complex_omega, self.step_times)
+        motion, _ = self._port_motion(R, omega)
+        return motion[:, 2 * len(self.points) :], int(self.harmonics.orders[-1]), omega.real

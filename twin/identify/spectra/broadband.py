@@ -1,0 +1,343 @@
+"""Broadband records as frequency responses in bins, each with its covariance.
+
+Within a bin, which is narrow beside the distance to the nearest resonance, the response is a reference model's plus a
+constant, found by least squares on the record's own spectral lines: no window, no leakage, because the transient of
+the record's ends is fitted with the reference model's poles and taken off.  The noise is estimated from what the
+constants leave: white noise of each channel, noise of the force (which all channels then share), and more where the
+joint's nonlinearity under broadband excitation distorts the lines.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import percentile_filter
+from scipy.optimize import nnls
+from scipy.signal import find_peaks
+
+from twin.identify.limits import LIMITS
+from twin.identify.spectra.spectrum import BroadbandRecord, h1
+
+Complex = NDArray[Any]
+Real = NDArray[Any]
+
+GRID, SURROUNDINGS = 0.01, 111
+"""Step in log frequency, and how many of them are a response's surroundings: a factor of three."""
+
+EXCITED = 0.02
+
+
+@dataclass(frozen=True, kw_only=True)
+class BinnedResponse:
+    """Frequency responses with their covariance.
+
+    Attributes
+    ----------
+    frequency_Hz : ndarray, (b,)
+    H : ndarray, (b, o)
+        Response per force, in unit/N.
+    relative_covariance : ndarray, (b, o, o)
+        Hermitian covariance of the errors of log H.
+    noise_density : dict of float
+        Estimated noise of each channel, unit/sqrt(Hz).
+    distortion : ndarray, (b,)
+        Measured scatter in units of the white noise's; well above one where nonlinear distortion shows.
+    force_power : ndarray, (b,)
+        Mean square of the force within each bin, N^2.
+    resonances_Hz : ndarray
+        Where the response was taken to change fast.
+    drive : int
+        Number of the rig's drive.
+    frequency_offset : ndarray, (m,), or float
+        Relative, of this run's natural frequencies from those that all runs have in common.
+    """
+
+    run: str
+    time_s: float
+    frequency_Hz: Real
+    H: Complex
+    relative_covariance: Complex
+    channels: tuple[str, ...]
+    noise_density: dict[str, float]
+    distortion: Real
+    force_power: Real
+    resonances_Hz: Real = field(default_factory=lambda: np.zeros(0))
+    drive: int = 0
+    frequency_offset: Real | float = 0.0
+
+    @property
+    def omega(self) -> Real:
+        """Bin centres, rad/s."""
+        return 2 * np.pi * self.frequency_Hz
+
+    @cached_property
+    def depth(self) -> Real:
+        """How far each response lies below its surroundings, (b, o), at least 1: large between resonances.
+
+        There modes cancel, and a small relative error of each is a large one of their sum.
+        """
+        level = np.log(np.abs(self.H))
+        grid = np.arange(np.log(self.frequency_Hz[0]), np.log(self.frequency_Hz[-1]) + GRID, GRID)
+        around = [
+            percentile_filter(np.interp(grid, np.log(self.frequency_Hz), row), 75, size=SURROUNDINGS, mode="nearest")
+            for row in level.T
+        ]
+        near = np.stack([np.interp(np.log(self.frequency_Hz), grid, row) for row in around], axis=1)
+        return np.asarray(np.exp(np.maximum(near - level, 0.0)))
+
+
+def hidden_resonances(data: BinnedResponse) -> Real:
+    """Frequencies, Hz, at which bins were too wide for what the response does there.
+
+    A light resonator on the structure makes a kink, no peak that stands out by itself.
+    """
+    scatter, f = data.distortion, data.frequency_Hz
+    around = np.array(
+        [
+            np.median(scatter[max(0, i - LIMITS.broadband_around) : i + LIMITS.broadband_around + 1])
+            for i in range(len(f))
+        ]
+    )
+    kinked = (scatter > LIMITS.broadband_kinked * around) & (np.gradient(f) > LIMITS.broadband_coarse_Hz)
+    runs = np.split(np.arange(len(f)), np.flatnonzero(np.diff(kinked)) + 1)
+    return np.array([np.average(f[run], weights=scatter[run]) for run in runs if kinked[run[0]]])
+
+
+def find_resonances(record: BroadbandRecord, *, force: str, channels: tuple[str, ...]) -> tuple[Real, Real]:
+    """Peaks of the summed H1 magnitude within the excited band.
+
+    Returns
+    -------
+    frequency_Hz : ndarray
+        Of the resonances.
+    band_Hz : ndarray, (2,)
+        Where the force's power is above :data:`EXCITED` of its upper level.
+    """
+    response = h1(record, force=force)
+    S = np.zeros(record.part_length // 2 + 1)
+    for part in record.parts():
+        S += np.abs(np.fft.rfft(part.samples[force])) ** 2
+    frequency = np.fft.rfftfreq(record.part_length, 1 / record.sample_rate_Hz)
+    smooth = np.convolve(S, np.ones(61) / 61, mode="same")
+    excited = frequency[smooth > EXCITED * _upper_level(smooth)]
+    band = np.array([excited[0], excited[-1]])
+    level = np.log10(sum(np.abs(response.H[c]) for c in channels) + 1e-300)
+    inside = (response.frequency_Hz >= band[0]) & (response.frequency_Hz <= band[1])
+    peaks, _ = find_peaks(np.where(inside, level, level.min()), prominence=0.5)
+    return response.frequency_Hz[peaks], band
+
+
+def _upper_level(power: Real) -> float:
+    """The level above which half of the power lies, however little of the spectrum is excited."""
+    ordered = np.sort(power)[::-1]
+    summed = np.cumsum(ordered)
+    return float(ordered[np.searchsorted(summed, 0.5 * summed[-1])])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Binning:
+    """How a record is reduced to bins.
+
+    Attributes
+    ----------
+    reference : callable
+        Frequency responses (f, o) at given omega: what is smooth about the difference to it is all that is assumed.
+    poles : ndarray
+        Complex poles (rad/s) of the reference, for the transient.
+    resonances_Hz : ndarray
+        Where the response may change fast: the data's own and the reference's resonances.
+    mended : callable
+        A part with its missing samples filled in by what is known of them.
+    """
+
+    force: str
+    channels: tuple[str, ...]
+    reference: Callable[[Real], Complex]
+    poles: Complex
+    resonances_Hz: Real
+    band_Hz: Real
+    mended: Callable[[BroadbandRecord], BroadbandRecord] = lambda part: part
+
+
+def bin_response(record: BroadbandRecord, binning: Binning) -> BinnedResponse:
+    """Reduce a record to bins.
+
+    A long one is reduced part by part, each with its own transient; the scatter of a bin is that of all parts' lines.
+    """
+    force, channels, reference = binning.force, binning.channels, binning.reference
+    parts = [_reduced(part, binning) for part in record.parts()]
+    counts, lines_per_Hz = len(parts) * parts[0].counts, record.part_length / record.sample_rate_Hz
+    Su, Sy = float(np.mean([part.Su for part in parts])), np.mean([part.Sy for part in parts], axis=0)
+    total = np.sum([part.total for part in parts], axis=0)
+    centre = np.sum([part.total * part.centre for part in parts], axis=0) / total
+    D = np.sum([part.total[:, None] * part.D for part in parts], axis=0) / total[:, None]
+    scatter = np.sum([part.scatter + _products(part.D - D, part.total[:, None]) for part in parts], axis=0)
+    smooth = reference(2 * np.pi * centre)
+    # Noise of the force makes the least-squares ratio too small by its share of the force's power.
+    H = (smooth + D) * (1 + Su * counts / total)[:, None]
+    # The reference's direction, not the noisy estimate's: else one line of weak force would set its own weight.
+    covariance = Su * smooth[:, :, None] * np.conj(smooth)[:, None, :] + np.eye(len(channels)) * Sy
+    distortion = _distortion(scatter, covariance, counts, centre)
+    covariance = covariance * np.maximum(1.0, distortion)[:, None, None] / total[:, None, None]
+    # The logarithm of a response wants it well above its noise.
+    share = np.max(np.einsum("boo->bo", covariance).real / np.abs(smooth) ** 2, axis=1)
+    clear = share < LIMITS.broadband_noisiest**2
+    kept = (centre, H, smooth, covariance, distortion, total)
+    centre, H, smooth, covariance, distortion, total = (values[clear] for values in kept)
+    # A line's amplitude is a peak value: its variance is twice the density times the resolution.
+    density = np.sqrt(np.concatenate([[Su], Sy]) * lines_per_Hz / 2)
+    return BinnedResponse(
+        run=record.run,
+        time_s=record.time_s,
+        frequency_Hz=centre,
+        H=H,
+        relative_covariance=covariance / (smooth[:, :, None] * np.conj(smooth)[:, None, :]),
+        channels=channels,
+        noise_density=dict(zip((force, *channels), density.tolist(), strict=True)),
+        distortion=distortion,
+        force_power=total / (2 * len(parts)),
+        resonances_Hz=binning.resonances_Hz,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Part:
+    """Bins (b,) of one part of a record: lines, their force's power in all, and its centre, Hz.
+
+    `D` (b, o) is the best constant difference to the reference, `scatter` (b, o, o) the products of what it leaves;
+    `Su` and `Sy` (o,) are the white noise of the force's lines and of the channels'.
+    """
+
+    counts: NDArray[np.int64]
+    total: Real
+    centre: Real
+    D: Complex
+    scatter: Complex
+    Su: float
+    Sy: Real
+
+
+def _products(E: Complex, weight: Real | float = 1.0) -> Complex:
+    """E E^H of each row, (b, o) to (b, o, o)."""
+    return np.asarray((weight * E)[:, :, None] * np.conj(E)[:, None, :])
+
+
+def _reduced(part: BroadbandRecord, binning: Binning) -> _Part:
+    record, channels, poles = binning.mended(part), binning.channels, binning.poles
+    band = float(binning.band_Hz[0]), float(binning.band_Hz[1])
+    frequency, U = record.lines(binning.force, band)
+    omega = 2 * np.pi * frequency
+    H_reference = np.empty((len(omega), len(channels)), complex)
+    for rows in _blocks(len(omega)):
+        H_reference[rows] = binning.reference(omega[rows])
+    R = -H_reference * U[:, None]
+    for o, channel in enumerate(channels):
+        R[:, o] += record.lines(channel, band)[1]
+    edges = response_bins(frequency, binning.resonances_Hz)
+    starts, counts = edges[:-1], np.diff(edges)
+    bin_of = np.repeat(np.arange(len(starts)), counts)
+    power = np.abs(U) ** 2
+    total = np.add.reduceat(power, starts)
+    # Weighting the transient's fit wants the noise, whose estimate wants the transient taken off: two passes do.
+    Su, Sy = 1.0, np.full(len(channels), np.median(np.abs(H_reference) ** 2))
+    for _ in range(2):
+        E = R - _transient(R, omega, poles, H_reference, Su, Sy)
+        D = np.add.reduceat(np.conj(U)[:, None] * E, starts) / total[:, None]
+        E -= D[bin_of] * U[:, None]
+        Su, Sy = _white_noise(E, H_reference, bin_of, counts)
+    scatter = np.empty((len(starts), len(channels), len(channels)), complex)
+    for o in range(len(channels)):
+        scatter[:, o] = np.add.reduceat(E[:, o, None] * np.conj(E), starts)
+    centre = np.add.reduceat(power * frequency, starts) / total
+    return _Part(counts=counts, total=total, centre=centre, D=D, scatter=scatter, Su=Su, Sy=Sy)
+
+
+def _blocks(lines: int, outputs: int = 1) -> Iterator[slice]:
+    """Slices of spectral lines of whose responses memory holds what is made."""
+    each = max(1, LIMITS.lines_at_once // outputs)
+    return (slice(first, first + each) for first in range(0, lines, each))
+
+
+def _transient(R: Complex, omega: Real, poles: Complex, H: Complex, Su: float, Sy: Real) -> Complex:
+    """Least-squares fit of the free decays that the record's ends cut: one residue per pole and channel.
+
+    Weighted by the lines' noise: that of the force, `Su`, moves all channels together by their responses `H` (f, o) and
+    far more than their own noise `Sy` does, and unweighted it would leak into their ratio.
+    """
+    outputs, count = R.shape[1], len(poles) + 3
+
+    def decays(rows: slice) -> Complex:
+        jw, scale = 1j * omega[rows], omega[-1]
+        return np.stack([1 / (jw - pole) for pole in poles] + [np.ones_like(jw), jw / scale, scale / jw], axis=1)
+
+    gram, right = np.zeros((outputs * count, outputs * count), complex), np.zeros(outputs * count, complex)
+    for rows in _blocks(len(omega), outputs):
+        white = np.linalg.inv(np.linalg.cholesky(Su * _products(H[rows]) + np.diag(Sy)))
+        A = (white[:, :, :, None] * decays(rows)[:, None, None, :]).reshape(-1, outputs * count)
+        gram += A.conj().T @ A
+        right += A.conj().T @ (white @ R[rows, :, None]).reshape(-1)
+    norm = np.sqrt(np.diag(gram).real)
+    solution = np.linalg.lstsq(gram / np.outer(norm, norm), right / norm, rcond=1e-13)[0] / norm
+    residues = solution.reshape(outputs, count).T
+    return np.concatenate([decays(rows) @ residues for rows in _blocks(len(omega))])
+
+
+def response_bins(frequency: Real, resonances_Hz: Real) -> NDArray[np.int64]:
+    """Edges, as places in `frequency`, of bins that are narrow near resonances and at most 8 Hz wide elsewhere."""
+    edges = [0]
+    step = frequency[1] - frequency[0]
+    while edges[-1] < len(frequency):
+        distance = np.min(np.abs(frequency[edges[-1]] - resonances_Hz), initial=1e3) + LIMITS.half_width_Hz
+        width = min(LIMITS.bin_share * distance, 8.0)
+        edges.append(edges[-1] + max(1, int(width / step)))
+    edges[-1] = len(frequency)
+    return np.array(edges)
+
+
+def _white_noise(E: Complex, H: Complex, bin_of: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[float, Real]:
+    """White noise of force and channels from |E_o|^2 = Su |H_o|^2 + Sy_o, over bins of many lines.
+
+    Fitted to the median of the scatter, relative to its size: nonlinear distortion near resonances is no outlier then.
+    """
+    outputs = H.shape[1]
+    wide = counts[bin_of] >= 8
+    rows, sizes = [], []
+    for o in range(outputs):
+        key = np.log(np.abs(H[wide, o]))
+        order = np.argsort(key)
+        for part in np.array_split(order, 40):
+            if len(part) < 8:
+                continue
+            scatter = np.abs(E[wide, o][part]) ** 2 * (counts[bin_of[wide][part]] / (counts[bin_of[wide][part]] - 1))
+            row = np.zeros(1 + outputs)
+            row[0], row[1 + o] = np.median(np.abs(H[wide, o][part]) ** 2), 1.0
+            # The median of an exponential variable is ln 2 times its mean.
+            size = np.median(scatter) / np.log(2)
+            rows.append(row / size)
+            sizes.append(1.0)
+    if not rows:
+        return 0.0, np.full(outputs, float(np.mean(np.abs(E) ** 2)) + 1e-300)
+    A = np.array(rows)
+    norm = np.linalg.norm(A, axis=0) + 1e-300
+    solution = nnls(A / norm, np.array(sizes))[0] / norm
+    floor = 1e-6 * float(np.median(np.abs(E) ** 2)) + 1e-300
+    return float(solution[0]), np.maximum(solution[1:], floor)
+
+
+def _distortion(scatter: Complex, covariance: Complex, counts: NDArray[np.int64], centre: Real) -> Real:
+    """Scatter of the lines in units of the white noise, pooled over neighbouring bins."""
+    sums = np.einsum("boo->b", np.linalg.solve(covariance, scatter)).real
+    freedom = scatter.shape[1] * (counts - 1.0)
+    out = np.ones(len(counts))
+    for b in range(len(counts)):
+        lo, hi, have = b, b + 1, freedom[b]
+        while have < 40 and (lo > 0 or hi < len(counts)):
+            take_low = hi == len(counts) or (lo > 0 and centre[b] - centre[lo - 1] < centre[hi] - centre[b])
+            lo, hi = (lo - 1, hi) if take_low else (lo, hi + 1)
+            have = freedom[lo:hi].sum()
+        if have > 0:
+            out[b] = sums[lo:hi].sum() / have
+    return out
