@@ -71,7 +71,7 @@ class HarmonicBalance:
         self._locals = built.locals
         self._channels = slice(built.locals + built.auxiliaries, None)
         self._H, self._n = harmonics, 2 * harmonics + 1
-        self._system = system_of(built, self._poles, harmonics=harmonics, samples=samples)
+        self._system = continuation.with_kernels(system_of(built, self._poles, harmonics=harmonics, samples=samples))
 
     def solve(
         self,

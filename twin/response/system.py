@@ -34,6 +34,8 @@ class System(NamedTuple):
         Elements, as in :class:`twin.bench.marching.Elements`.
     basis : ndarray, (n, samples)
         See :func:`twin.response.aft.fourier_basis`.
+    alternate_at, residual_at, rounding_at, solve_at
+        Where the kernels of these names are: :func:`twin.response.continuation.with_kernels`.
     """
 
     twice_real: Matrix
@@ -47,6 +49,10 @@ class System(NamedTuple):
     scale: Matrix
     parameters: Matrix
     basis: Matrix
+    alternate_at: int = 0
+    residual_at: int = 0
+    rounding_at: int = 0
+    solve_at: int = 0
 
 
 def system_of(built: Built, poles: Poles, *, harmonics: int, samples: int) -> System:
