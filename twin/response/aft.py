@@ -199,11 +199,16 @@ def _polynomial(p: Matrix, row: int, e: Matrix, basis: Matrix, force: Matrix, sl
 def _remembering(p: Matrix, row: int, e: Matrix, basis: Matrix, F: Matrix, J: Matrix) -> None:
     """A law given by functions that has a memory, by differences."""
     n, samples = basis.shape
-    step = BESIDE * max(np.max(np.abs(e)), 1e-30)
-    steady, force, slopes = np.empty(samples), np.empty(samples), np.empty((n, samples))
+    largest = 1e-30
+    for t in range(samples):
+        largest = max(largest, abs(e[t]))
+    step = BESIDE * largest
+    steady, force, beside, slopes = np.empty(samples), np.empty(samples), np.empty(samples), np.empty((n, samples))
     _settled(p, row, e, steady)
     for i in range(n):
-        _settled(p, row, e + step * basis[i], force)
+        for t in range(samples):
+            beside[t] = e[t] + step * basis[i, t]
+        _settled(p, row, beside, force)
         for t in range(samples):
             slopes[i, t] = (force[t] - steady[t]) / step
     _project(basis, steady, slopes, F, J)

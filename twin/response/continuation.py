@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from twin.joint.calling import address, call_kernel
 from twin.joint.kernel import COMPILED, INNER
 from twin.response.aft import alternate
-from twin.response.kernel import drive_slope, residual, rounding
+from twin.response.kernel import drive_slope, residual, rounding, transfer
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
 from twin.response.solve import solve
-from twin.response.system import System
+from twin.response.system import Addresses, System
 
 Matrix = NDArray[np.float64]
 
@@ -41,13 +41,18 @@ FADED = 1e-3
 
 def with_kernels(s: System) -> System:
     """The system that also tells where the kernels are that are called below."""
-    v, m = np.empty(0), np.empty((0, 0))
-    return s._replace(
-        alternate_at=address(alternate, 0, m, 0, v, m, v, m),
-        residual_at=address(residual, s, v, 0.0, 0.0, v, m, v, m),
-        rounding_at=address(rounding, s, v, 0.0, 0.0, m, v),
-        solve_at=address(solve, m, m),
+    v, m, a = np.empty(0), np.empty((0, 0)), np.empty((0, 0, 0, 0))
+    at = Addresses(
+        transfer=address(transfer, s, 0.0, a, a),
+        alternate=address(alternate, 0, m, 0, v, m, v, m),
+        residual=address(residual, s, v, 0.0, 0.0, v, m, v, m),
+        rounding=address(rounding, s, v, 0.0, 0.0, m, v),
+        drive_slope=address(drive_slope, s, 0.0, v),
+        solve=address(solve, m, m),
+        newton=address(newton, s, v, 0.0, 0.0, 0.0, 0, 0.0, m),
+        advance=address(_advance, s, v, v, v, 0.0, 0.0, True, 0.0, True, v, 0.0, 0, m),
     )
+    return s._replace(at=at)
 
 
 @INNER
@@ -82,7 +87,7 @@ def _length(v: Matrix, size: Matrix) -> float:
 def _rounded(s: System, x: Matrix, R: Matrix, w: float, amplitude: float, F: Matrix, size: Matrix) -> bool:
     """Whether a residual is all rounding."""
     least = np.empty(x.shape[0])
-    call_kernel(s.rounding_at, rounding, (s, x, w, amplitude, F, least))
+    call_kernel(s.at.rounding, rounding, (s, x, w, amplitude, F, least))
     return _length(R, size) <= _length(least, size)
 
 
@@ -111,7 +116,7 @@ def newton(
     size, largest, last, right = np.empty(N), np.zeros(F.shape[0]), np.empty(N), np.empty((N, 1))
     step = np.empty(N)
     for iteration in range(most + 1):
-        call_kernel(s.residual_at, residual, (s, x, w, amplitude, R, J, by_w, F))
+        call_kernel(s.at.residual, residual, (s, x, w, amplitude, R, J, by_w, F))
         _measure(x, largest, size)
         left = _length(R, size)
         if left <= tolerance:
@@ -120,7 +125,7 @@ def newton(
             return NOT_FINITE, iteration, left
         for i in range(N):
             right[i, 0] = R[i]
-        call_kernel(s.solve_at, solve, (J, right))
+        call_kernel(s.at.solve, solve, (J, right))
         for i in range(N):
             step[i] = right[i, 0]
         length = _length(step, size)
@@ -148,20 +153,6 @@ def _border(J: Matrix, slope: Matrix, size: Matrix, span: float, row: Matrix, bo
 
 
 @INNER
-def _unit(right: Matrix, column: int, length: float, into: Matrix) -> None:
-    for i in range(into.shape[0]):
-        into[i] = right[i, column] / length
-
-
-@INNER
-def _norm(right: Matrix, column: int) -> float:
-    total = 0.0
-    for i in range(right.shape[0]):
-        total += right[i, column] * right[i, column]
-    return float(np.sqrt(total))
-
-
-@INNER
 def _tangent_at(
     s: System, J: Matrix, slope: Matrix, size: Matrix, span: float, heading: Matrix, tangent: Matrix
 ) -> bool:
@@ -174,10 +165,13 @@ def _tangent_at(
     _border(J, slope, size, span, heading, bordered)
     for i in range(N + 1):
         right[i, 0] = 1.0 if i == N else 0.0
-    call_kernel(s.solve_at, solve, (bordered, right))
-    length = _norm(right, 0)
-    _unit(right, 0, length, tangent)
-    return bool(np.isfinite(length))
+    call_kernel(s.at.solve, solve, (bordered, right))
+    total = 0.0
+    for i in range(N + 1):
+        total += right[i, 0] * right[i, 0]
+    for i in range(N + 1):
+        tangent[i] = right[i, 0] / np.sqrt(total)
+    return bool(np.isfinite(total))
 
 
 @INNER
@@ -228,7 +222,7 @@ def _advance(
         for i in range(N):
             x[i] = z[i] * size[i]
         w, amplitude = (held, z[N] * span) if by_drive else (z[N] * span, held)
-        call_kernel(s.residual_at, residual, (s, x, w, amplitude, R, J, by_w, F))
+        call_kernel(s.at.residual, residual, (s, x, w, amplitude, R, J, by_w, F))
         if iteration > 0:
             _measure(x, largest, own)
             if _length(R, own) < tolerance:
@@ -237,8 +231,12 @@ def _advance(
         for i in range(N):
             right[i, 0], right[i, 1] = R[i] / size[i], 0.0
         right[N, 0], right[N, 1] = 0.0, 1.0  # corrections lie across the tangent; the second column is the next one
-        call_kernel(s.solve_at, solve, (bordered, right))
-        length, turned = _norm(right, 0), _norm(right, 1)
+        call_kernel(s.at.solve, solve, (bordered, right))
+        length, turned = 0.0, 0.0
+        for i in range(N + 1):
+            length += right[i, 0] * right[i, 0]
+            turned += right[i, 1] * right[i, 1]
+        length, turned = np.sqrt(length), np.sqrt(turned)
         if not (np.isfinite(length) and np.isfinite(turned)):
             return -1, contraction
         allowed = BEND * h if kink else (CONTRACTION if iteration > 0 else 1.0) * last
@@ -250,7 +248,7 @@ def _advance(
         last = length
         for i in range(N + 1):
             z[i] -= right[i, 0]
-        _unit(right, 1, turned, tangent)
+            tangent[i] = right[i, 1] / turned
     return -1, contraction
 
 
@@ -315,8 +313,8 @@ def follow(
     size, new_size, largest, unit = np.empty(N), np.empty(N), np.zeros(F.shape[1]), np.zeros(N)
     w, amplitude = (held, begin) if by_drive else (begin, held)
     if by_drive:
-        drive_slope(s, held, unit)
-    call_kernel(s.residual_at, residual, (s, start, w, amplitude, R, J, by_w, F[0]))
+        call_kernel(s.at.drive_slope, drive_slope, (s, held, unit))
+    call_kernel(s.at.residual, residual, (s, start, w, amplitude, R, J, by_w, F[0]))
     _measure(start, largest, size)
     for i in range(N):
         z[i], way[i] = start[i] / size[i], 0.0
@@ -332,9 +330,8 @@ def follow(
         for i in range(N + 1):
             trial[i], way[i] = z[i], tangent[i]
         x, force, kink = X[count], F[count], h < KINK * step
-        corrected, contraction = _advance(
-            s, trial, way, size, span, h, kink, held, by_drive, unit, tolerance, corrections, force
-        )
+        given = s, trial, way, size, span, h, kink, held, by_drive, unit, tolerance, corrections, force
+        corrected, contraction = call_kernel(s.at.advance, _advance, given)
         turned = 0.0
         for i in range(N + 1):
             turned += way[i] * tangent[i]
@@ -347,7 +344,8 @@ def follow(
                     x[i] = (z[i] + share * (trial[i] - z[i])) * size[i]
                 w, amplitude = (held, end) if by_drive else (end, held)
                 near = BEND if kink else CONTRACTION
-                outcome, steps, _ = newton(s, x, w, amplitude, tolerance, corrections, near, force)
+                found = call_kernel(s.at.newton, newton, (s, x, w, amplitude, tolerance, corrections, near, force))
+                outcome, steps, _ = found
                 if outcome == FOUND:
                     P[count], iterations[count] = end, steps
                     return FOUND, count + 1

@@ -16,7 +16,7 @@ ROUNDING = 1e3 * float(np.finfo(float).eps)
 
 
 @INNER
-def _transfer(s: System, w: float, G: Matrix, dG: Matrix) -> None:
+def transfer(s: System, w: float, G: Matrix, dG: Matrix) -> None:
     """Real and imaginary parts of G(j k w) and of its derivative by w, (harmonics + 1, 2, outputs, inputs)."""
     poles = s.square.shape[0]
     inverse, by_s = np.empty((2, poles)), np.empty((2, poles))
@@ -91,7 +91,7 @@ def forces(s: System, x: Matrix, w: float, static: Matrix, F: Matrix, dF: Matrix
             _add_block(dF, a, c, 1.0, j2)
             met[a, b] = met[a, c] = 1.0
         elif s.kind[e] != RUNNING_LOSS:
-            call_kernel(s.alternate_at, alternate, (s.kind[e], s.parameters, e, x[a], s.basis, f, j))
+            call_kernel(s.at.alternate, alternate, (s.kind[e], s.parameters, e, x[a], s.basis, f, j))
             _add(F, a, s.scale[e], f)
             _add_block(dF, a, a, s.scale[e], j)
             met[a, a] = 1.0
@@ -124,7 +124,7 @@ def residual(s: System, x: Matrix, w: float, amplitude: float, R: Matrix, J: Mat
     locals_ = x.shape[0] // n
     G = np.empty((n // 2 + 1, 2, s.D.shape[0], s.D.shape[1]))
     dG = np.empty_like(G)
-    _transfer(s, w, G, dG)
+    call_kernel(s.at.transfer, transfer, (s, w, G, dG))
     dF, met = np.zeros((locals_, locals_, n, n)), np.zeros((locals_, locals_))
     explicit = np.zeros((locals_, n))
     forces(s, x.reshape(locals_, n), w, G[0, 0], F, dF, explicit, met)
@@ -172,7 +172,7 @@ def drive_slope(s: System, w: float, slope: Matrix) -> None:
     """Derivative of the residual by the drive's amplitude, (N,): less the linear response to a unit drive."""
     n = s.basis.shape[0]
     G = np.empty((2, 2, s.D.shape[0], s.D.shape[1]))
-    _transfer(s, w, G, np.empty_like(G))
+    call_kernel(s.at.transfer, transfer, (s, w, G, np.empty_like(G)))
     slope[:] = 0.0
     for a in range(slope.shape[0] // n):
         slope[a * n + 1], slope[a * n + 2] = -G[1, 1, a, 0], -G[1, 0, a, 0]
@@ -184,7 +184,7 @@ def rounding(s: System, x: Matrix, w: float, amplitude: float, F: Matrix, least:
     n = s.basis.shape[0]
     locals_ = F.shape[0]
     G = np.empty((n // 2 + 1, 2, s.D.shape[0], s.D.shape[1]))
-    _transfer(s, w, G, np.empty_like(G))
+    call_kernel(s.at.transfer, transfer, (s, w, G, np.empty_like(G)))
     for a in range(locals_):
         for i in range(n):
             k = (i + 1) // 2

@@ -19,6 +19,19 @@ from twin.response.aft import fourier_basis
 Matrix = NDArray[np.float64]
 
 
+class Addresses(NamedTuple):
+    """Of kernels, by their names, for :data:`twin.joint.calling.call_kernel`."""
+
+    transfer: int = 0
+    alternate: int = 0
+    residual: int = 0
+    rounding: int = 0
+    drive_slope: int = 0
+    solve: int = 0
+    newton: int = 0
+    advance: int = 0
+
+
 class System(NamedTuple):
     """Arrays for the kernels: P poles, O outputs (local coordinates, then auxiliary rows), I inputs (drive, forces).
 
@@ -34,8 +47,8 @@ class System(NamedTuple):
         Elements, as in :class:`twin.bench.marching.Elements`.
     basis : ndarray, (n, samples)
         See :func:`twin.response.aft.fourier_basis`.
-    alternate_at, residual_at, rounding_at, solve_at
-        Where the kernels of these names are: :func:`twin.response.continuation.with_kernels`.
+    at
+        Where the kernels are that others call: :func:`twin.response.continuation.with_kernels`.
     """
 
     twice_real: Matrix
@@ -49,10 +62,7 @@ class System(NamedTuple):
     scale: Matrix
     parameters: Matrix
     basis: Matrix
-    alternate_at: int = 0
-    residual_at: int = 0
-    rounding_at: int = 0
-    solve_at: int = 0
+    at: Addresses = Addresses()
 
 
 def system_of(built: Built, poles: Poles, *, harmonics: int, samples: int) -> System:
