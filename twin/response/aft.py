@@ -258,16 +258,9 @@ def loss_gain(p: Matrix, row: int, size: float) -> float:
 
 @COMPILED
 def running(
-    p: Matrix,
-    row: int,
-    c: Matrix,
-    offset: float,
-    omega: float,
-    F: Matrix,
-    J: Matrix,
-    by_offset: Matrix,
+    p: Matrix, row: int, c: Matrix, offset: float, omega: float, F: Matrix, J: Matrix, by_offset: Matrix,
     by_omega: Matrix,
-) -> None:
+) -> None:  # fmt: skip
     """The running loss: f = eta(A)/w v, with A and w from the harmonics of the velocity, and derivatives by all else.
 
     Parameters

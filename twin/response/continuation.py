@@ -176,20 +176,9 @@ def _tangent_at(
 
 @INNER
 def _advance(
-    s: System,
-    z: Matrix,
-    tangent: Matrix,
-    size: Matrix,
-    span: float,
-    h: float,
-    kink: bool,
-    held: float,
-    by_drive: bool,
-    unit: Matrix,
-    tolerance: float,
-    most: int,
-    F: Matrix,
-) -> tuple[int, float]:
+    s: System, z: Matrix, tangent: Matrix, size: Matrix, span: float, h: float, kink: bool, held: float, by_drive: bool,
+    unit: Matrix, tolerance: float, most: int, F: Matrix,
+) -> tuple[int, float]:  # fmt: skip
     """One step of arclength along the branch.
 
     Parameters
@@ -263,22 +252,9 @@ def turns_beyond(start: float, slope: float, end_slope: float, h: float, target:
 
 @COMPILED
 def follow(
-    s: System,
-    start: Matrix,
-    begin: float,
-    end: float,
-    held: float,
-    by_drive: bool,
-    span: float,
-    step: float,
-    landing: bool,
-    tolerance: float,
-    corrections: int,
-    X: Matrix,
-    P: Matrix,
-    F: Matrix,
-    iterations: NDArray[np.int64],
-) -> tuple[int, int]:
+    s: System, start: Matrix, begin: float, end: float, held: float, by_drive: bool, span: float, step: float,
+    landing: bool, tolerance: float, corrections: int, X: Matrix, P: Matrix, F: Matrix, iterations: NDArray[np.int64],
+) -> tuple[int, int]:  # fmt: skip
     """Follow the branch in one parameter, through folds.
 
     Parameters
