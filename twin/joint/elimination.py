@@ -4,7 +4,7 @@ import numba
 
 from twin.arrays import Array
 
-COMPILED = numba.njit(cache=True, error_model="numpy", nogil=True, no_cfunc_wrapper=True)
+COMPILED = numba.njit(cache=True, error_model="numpy", nogil=True)
 
 
 @COMPILED

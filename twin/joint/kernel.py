@@ -27,16 +27,15 @@ from twin.joint.law import Series
 FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
 """Rounding may be reordered, but NaN and infinity keep their meaning."""
 
-
-COMPILED = njit(cache=True, fastmath=FASTMATH, error_model="numpy", no_cfunc_wrapper=True)
+_OPTIONS: dict[str, Any] = {"cache": True, "fastmath": FASTMATH, "error_model": "numpy", "no_cfunc_wrapper": True}
+_WITHOUT_ENTRY: dict[str, Any] = {"no_cpython_wrapper": True}
+COMPILED = njit(**_OPTIONS)
 """How all kernels of the bench are compiled."""
-INNER = njit(cache=True, fastmath=FASTMATH, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
+INNER = njit(**_OPTIONS, **_WITHOUT_ENTRY)
 """How those are compiled that kernels alone call: an entry for Python takes longer to compile than many of them."""
 UNCOUNTED: dict[str, Any] = {"_nrt": False}
 """numba's switch for functions that make no arrays and keep none; it is not among its documented ones."""
-BORROWING = njit(
-    cache=True, fastmath=FASTMATH, error_model="numpy", no_cfunc_wrapper=True, forceinline=True, **UNCOUNTED
-)
+BORROWING = njit(**_OPTIONS, forceinline=True, **UNCOUNTED)
 """How the small functions called at every step are compiled.
 
 They take part in no reference counting: a branching function would count its arguments up and down, atomically, at
