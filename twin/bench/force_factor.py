@@ -7,7 +7,7 @@ back-EMF.  As both lose the same factor, no energy is made.
 from dataclasses import dataclass
 from typing import ClassVar
 
-from twin.joint.kernel import COMPILED
+from twin.joint.kernel import INNER
 from twin.joint.kinds import FORCE_FACTOR
 from twin.joint.law import Series
 
@@ -27,7 +27,7 @@ class ForceFactor:
         return [self.force_factor, self.half_stroke_m, float(stroke), float(turned)]
 
 
-@COMPILED
+@INNER
 def lost_force(p: Series, row: int, x: float, y: float) -> tuple[float, float, float]:
     """Force and its slopes by x and by y."""
     q = 1.0 / (1.0 + (x / p[row, 1]) * (x / p[row, 1]))

@@ -71,18 +71,10 @@ def high_pass_coefficients(corner_Hz: float, sample_rate_Hz: float) -> tuple[flo
 
 @COMPILED
 def convert(
-    signal: NDArray[np.float64],
-    noise: NDArray[np.float32],
-    sigma: float,
-    poles: NDArray[np.float64],
-    gains: NDArray[np.float64],
-    memory: NDArray[np.float64],
-    limit: float,
-    step: float,
-    quantum: float,
-    full_scale: float,
-    out: NDArray[np.float32],
-) -> int:
+    signal: NDArray[np.float64], noise: NDArray[np.float32], sigma: float, poles: NDArray[np.float64],
+    gains: NDArray[np.float64], memory: NDArray[np.float64], limit: float, step: float, quantum: float,
+    full_scale: float, out: NDArray[np.float32],
+) -> int:  # fmt: skip
     """High-pass, limit, add noise, quantise and clip one channel; returns how many samples sit on the limit.
 
     Parameters

@@ -22,7 +22,7 @@ from twin.bench.limits import LIMITS
 from twin.bench.linear import Poles
 from twin.bench.many_places import correct
 from twin.joint.elimination import eliminate
-from twin.joint.kernel import COMPILED, evaluate, remember
+from twin.joint.kernel import COMPILED, INNER, evaluate, remember
 from twin.joint.kinds import FORCE_FACTOR, FUNCTIONS, HINGES, POLYNOMIAL, SLIDERS
 
 Matrix = NDArray[np.float64]
@@ -273,7 +273,7 @@ def integrate(step: Step, elements: Elements, w: Matrix, y: Matrix, u: Matrix, v
     return failures
 
 
-@COMPILED
+@INNER
 def couple(
     kind: NDArray[np.int64], coordinate: NDArray[np.int64], parameters: Matrix, y: Matrix, u: Matrix, cross: Matrix
 ) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
-from numba import types
+from numba import typeof, types
 from numba.core import cgutils
 from numba.extending import intrinsic, overload
 
@@ -74,3 +74,34 @@ def _row(context: Any, builder: Any, kind: Any, matrix: Any, row: Any) -> tuple[
     stride = cgutils.unpack_tuple(builder, array.strides, 2)[0]
     begin = builder.gep(builder.bitcast(array.data, ir.IntType(8).as_pointer()), [builder.mul(row, stride)])
     return builder.bitcast(begin, ir.DoubleType().as_pointer()), cgutils.unpack_tuple(builder, array.shape, 2)[1]
+
+
+def address(kernel: Any, *arguments: Any) -> int:
+    """Where a kernel's machine code for arguments of these types begins, for :data:`call_kernel`."""
+    kinds = tuple(typeof(argument) for argument in arguments)
+    kernel.compile(kinds)
+    compiled = kernel.overloads[kinds]
+    return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
+
+
+def _typed_kernel(typing: Any, address: Any, kernel: Any, arguments: Any) -> Any:
+    result = kernel.get_call_type(typing, tuple(arguments), {}).return_type
+    return result(types.int64, kernel, arguments), _written_kernel
+
+
+call_kernel: Any = intrinsic(_typed_kernel)
+"""Inside a kernel: what another one returns, given its address, itself and a tuple of its arguments.
+
+A kernel that is called by its name is copied into each that calls it and compiled again there.
+"""
+
+
+def _written_kernel(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """Machine code of that call, as numba's own."""
+    returned, kinds, convention = signature.return_type, tuple(signature.args[2]), context.call_conv
+    function = builder.inttoptr(arguments[0], convention.get_function_type(returned, kinds).as_pointer())
+    given = cgutils.unpack_tuple(builder, arguments[2])
+    status, result = convention.call_function(builder, function, returned, kinds, given)
+    with cgutils.if_unlikely(builder, status.is_error):
+        convention.return_status_propagate(builder, status)
+    return result

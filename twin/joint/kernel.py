@@ -27,12 +27,15 @@ from twin.joint.law import Series
 FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
 """Rounding may be reordered, but NaN and infinity keep their meaning."""
 
-
-COMPILED = njit(cache=True, fastmath=FASTMATH, error_model="numpy")
+_OPTIONS: dict[str, Any] = {"cache": True, "fastmath": FASTMATH, "error_model": "numpy", "no_cfunc_wrapper": True}
+_WITHOUT_ENTRY: dict[str, Any] = {"no_cpython_wrapper": True}
+COMPILED = njit(**_OPTIONS)
 """How all kernels of the bench are compiled."""
+INNER = njit(**_OPTIONS, **_WITHOUT_ENTRY)
+"""How those are compiled that kernels alone call: an entry for Python takes longer to compile than many of them."""
 UNCOUNTED: dict[str, Any] = {"_nrt": False}
 """numba's switch for functions that make no arrays and keep none; it is not among its documented ones."""
-BORROWING = njit(cache=True, fastmath=FASTMATH, error_model="numpy", forceinline=True, **UNCOUNTED)
+BORROWING = njit(**_OPTIONS, forceinline=True, **UNCOUNTED)
 """How the small functions called at every step are compiled.
 
 They take part in no reference counting: a branching function would count its arguments up and down, atomically, at
@@ -92,7 +95,7 @@ def _with_loops(kind: int, p: Series, state: Series, row: int, e: float) -> tupl
                 tangent += k
         return force, tangent
     if kind == POLYNOMIAL:
-        return _polynomial(p, state, row, e)
+        return polynomial(p, state, row, e)
     if kind == QUADRATIC_DRAG:
         return p[row, 0] * e * abs(e), 2.0 * p[row, 0] * abs(e)
     if kind == FUNCTIONS:
@@ -101,7 +104,8 @@ def _with_loops(kind: int, p: Series, state: Series, row: int, e: float) -> tupl
 
 
 @BORROWING
-def _polynomial(p: Series, state: Series, row: int, e: float) -> tuple[float, float]:
+def polynomial(p: Series, state: Series, row: int, e: float) -> tuple[float, float]:
+    """The same of a polynomial law, which has loops of its own."""
     size = abs(e)
     sign = 1.0 if e >= 0.0 else -1.0
     force, tangent, power = 0.0, 0.0, 1.0

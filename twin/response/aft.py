@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.bench.force_factor import lost_force
-from twin.joint.kernel import COMPILED, evaluate, remember
+from twin.joint.calling import call_at
+from twin.joint.kernel import COMPILED, INNER, evaluate, polynomial
 from twin.joint.kinds import FUNCTIONS, LINEAR, POLYNOMIAL, SLIDERS
 
 Matrix = NDArray[np.float64]
@@ -71,7 +72,7 @@ def alternate(kind: int, p: Matrix, row: int, c: Matrix, basis: Matrix, F: Matri
     _project_smooth(basis, force, tangent, F, J)
 
 
-@COMPILED
+@INNER
 def _path(c: Matrix, basis: Matrix) -> Matrix:
     """The coordinate at the samples."""
     e = np.zeros(basis.shape[1])
@@ -81,7 +82,7 @@ def _path(c: Matrix, basis: Matrix) -> Matrix:
     return e
 
 
-@COMPILED
+@INNER
 def _project(basis: Matrix, force: Matrix, slopes: Matrix, F: Matrix, J: Matrix) -> None:
     """Fourier coefficients of a force and of its derivatives by each unknown, (n, samples)."""
     n, samples = basis.shape
@@ -98,7 +99,7 @@ def _project(basis: Matrix, force: Matrix, slopes: Matrix, F: Matrix, J: Matrix)
             J[i, j] = weight * total
 
 
-@COMPILED
+@INNER
 def _project_smooth(basis: Matrix, force: Matrix, tangent: Matrix, F: Matrix, J: Matrix) -> None:
     """The same where the derivative is a tangent times the unknown's wave."""
     n, samples = basis.shape
@@ -118,7 +119,7 @@ def _project_smooth(basis: Matrix, force: Matrix, tangent: Matrix, F: Matrix, J:
             J[j, i] = total if j > 0 or i == 0 else 0.5 * total
 
 
-@COMPILED
+@INNER
 def _sliders(p: Matrix, row: int, e: Matrix, basis: Matrix, force: Matrix, slopes: Matrix) -> None:
     """The second of two periods; a slider's slope is k (phi(t) - phi(t of its last slip)), and none while it slips."""
     n, samples = basis.shape
@@ -158,7 +159,7 @@ def _sliders(p: Matrix, row: int, e: Matrix, basis: Matrix, force: Matrix, slope
             slopes[i, t] = sticking * basis[i, t] - held[i]
 
 
-@COMPILED
+@INNER
 def _hold(k: float, since: int, basis: Matrix, held: Matrix) -> float:
     """Add a slider of stiffness k (negative: take it away) that sticks since a sample, or since it was at rest."""
     if since >= 0:
@@ -167,7 +168,7 @@ def _hold(k: float, since: int, basis: Matrix, held: Matrix) -> float:
     return k
 
 
-@COMPILED
+@INNER
 def _polynomial(p: Matrix, row: int, e: Matrix, basis: Matrix, force: Matrix, slopes: Matrix) -> None:
     """The second of two periods; the direction of the loss has a derivative of its own, `turn`."""
     n, samples = basis.shape
@@ -178,7 +179,7 @@ def _polynomial(p: Matrix, row: int, e: Matrix, basis: Matrix, force: Matrix, sl
     for step in range(2 * samples):
         t = step % samples
         state[row, 0], state[row, 1] = old, direction
-        force[t], tangent = evaluate(POLYNOMIAL, p, state, row, e[t])
+        force[t], tangent = polynomial(p, state, row, e[t])
         trial = direction + (e[t] - old) / travel
         direction = min(max(trial, -1.0), 1.0)
         gain = loss_gain(p, row, abs(e[t]))
@@ -194,21 +195,26 @@ def _polynomial(p: Matrix, row: int, e: Matrix, basis: Matrix, force: Matrix, sl
         old = e[t]
 
 
-@COMPILED
+@INNER
 def _remembering(p: Matrix, row: int, e: Matrix, basis: Matrix, F: Matrix, J: Matrix) -> None:
     """A law given by functions that has a memory, by differences."""
     n, samples = basis.shape
-    step = BESIDE * max(np.max(np.abs(e)), 1e-30)
-    steady, force, slopes = np.empty(samples), np.empty(samples), np.empty((n, samples))
+    largest = 1e-30
+    for t in range(samples):
+        largest = max(largest, abs(e[t]))
+    step = BESIDE * largest
+    steady, force, beside, slopes = np.empty(samples), np.empty(samples), np.empty(samples), np.empty((n, samples))
     _settled(p, row, e, steady)
     for i in range(n):
-        _settled(p, row, e + step * basis[i], force)
+        for t in range(samples):
+            beside[t] = e[t] + step * basis[i, t]
+        _settled(p, row, beside, force)
         for t in range(samples):
             slopes[i, t] = (force[t] - steady[t]) / step
     _project(basis, steady, slopes, F, J)
 
 
-@COMPILED
+@INNER
 def _settled(p: Matrix, row: int, e: Matrix, force: Matrix) -> None:
     """Force over the period, from rest on, after which the memory is what it was before."""
     states = int(p[row, 2])
@@ -221,8 +227,8 @@ def _settled(p: Matrix, row: int, e: Matrix, force: Matrix) -> None:
         if period > 1 and change < SETTLED:
             return
         for t in range(e.shape[0]):
-            force[t] = evaluate(FUNCTIONS, p, memory, row, e[t])[0]
-            remember(FUNCTIONS, p, memory, row, e[t], 0.0, 0.0)
+            force[t] = call_at(int(p[row, 0]), p, memory, row, e[t])[0]
+            call_at(int(p[row, 1]), p, memory, row, e[t])
 
 
 @COMPILED
@@ -239,7 +245,7 @@ def alternate_pair(
     _project_smooth(basis, force, slope_z, F, by_z)
 
 
-@COMPILED
+@INNER
 def loss_gain(p: Matrix, row: int, size: float) -> float:
     """Force of a polynomial law's loss per unit of its direction."""
     storage = int(p[row, 1])
@@ -252,16 +258,9 @@ def loss_gain(p: Matrix, row: int, size: float) -> float:
 
 @COMPILED
 def running(
-    p: Matrix,
-    row: int,
-    c: Matrix,
-    offset: float,
-    omega: float,
-    F: Matrix,
-    J: Matrix,
-    by_offset: Matrix,
+    p: Matrix, row: int, c: Matrix, offset: float, omega: float, F: Matrix, J: Matrix, by_offset: Matrix,
     by_omega: Matrix,
-) -> None:
+) -> None:  # fmt: skip
     """The running loss: f = eta(A)/w v, with A and w from the harmonics of the velocity, and derivatives by all else.
 
     Parameters

@@ -11,11 +11,13 @@ volts of a shaker.
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.joint.kernel import COMPILED
-from twin.response.kernel import drive_slope, residual, rounding
+from twin.joint.calling import address, call_kernel
+from twin.joint.kernel import COMPILED, INNER
+from twin.response.aft import alternate
+from twin.response.kernel import drive_slope, residual, rounding, transfer
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
 from twin.response.solve import solve
-from twin.response.system import System
+from twin.response.system import Addresses, System
 
 Matrix = NDArray[np.float64]
 
@@ -37,29 +39,42 @@ FADED = 1e-3
 """Size of a coordinate over its largest so far below which it counts as this."""
 
 
-@COMPILED
-def _norm(x: Matrix) -> float:
-    total = 0.0
-    for i in range(x.shape[0]):
-        total += x[i] * x[i]
-    return float(np.sqrt(total))
+def with_kernels(s: System) -> System:
+    """The system that also tells where the kernels are that are called below."""
+    v, m, a = np.empty(0), np.empty((0, 0)), np.empty((0, 0, 0, 0))
+    at = Addresses(
+        transfer=address(transfer, s, 0.0, a, a),
+        alternate=address(alternate, 0, m, 0, v, m, v, m),
+        residual=address(residual, s, v, 0.0, 0.0, v, m, v, m),
+        rounding=address(rounding, s, v, 0.0, 0.0, m, v),
+        drive_slope=address(drive_slope, s, 0.0, v),
+        solve=address(solve, m, m),
+        newton=address(newton, s, v, 0.0, 0.0, 0.0, 0, 0.0, m),
+        advance=address(_advance, s, v, v, v, 0.0, 0.0, True, 0.0, True, v, 0.0, 0, m),
+    )
+    return s._replace(at=at)
 
 
-@COMPILED
+@INNER
 def _measure(x: Matrix, largest: Matrix, size: Matrix) -> None:
     """Sizes of the coordinates, (N,), each coordinate's at all its unknowns; `largest`, (locals,), is kept up."""
     locals_ = largest.shape[0]
     n = x.shape[0] // locals_
     most = 0.0
     for a in range(locals_):
-        largest[a] = max(largest[a], _norm(x[a * n : (a + 1) * n]))
+        total = 0.0
+        for i in range(a * n, (a + 1) * n):
+            total += x[i] * x[i]
+        size[a * n] = np.sqrt(total)
+        largest[a] = max(largest[a], size[a * n])
         most = max(most, largest[a])
     for a in range(locals_):
-        one = max(_norm(x[a * n : (a + 1) * n]), FADED * largest[a], 1e-9 * most)
-        size[a * n : (a + 1) * n] = (one if one > 0.0 else 1.0) * np.sqrt(locals_)
+        one = max(size[a * n], FADED * largest[a], 1e-9 * most)
+        for i in range(a * n, (a + 1) * n):
+            size[i] = (one if one > 0.0 else 1.0) * np.sqrt(locals_)
 
 
-@COMPILED
+@INNER
 def _length(v: Matrix, size: Matrix) -> float:
     """Of a change of the unknowns, or of a residual, over the size of the coordinates."""
     total = 0.0
@@ -68,11 +83,11 @@ def _length(v: Matrix, size: Matrix) -> float:
     return float(np.sqrt(total))
 
 
-@COMPILED
+@INNER
 def _rounded(s: System, x: Matrix, R: Matrix, w: float, amplitude: float, F: Matrix, size: Matrix) -> bool:
     """Whether a residual is all rounding."""
     least = np.empty(x.shape[0])
-    rounding(s, x, w, amplitude, F, least)
+    call_kernel(s.at.rounding, rounding, (s, x, w, amplitude, F, least))
     return _length(R, size) <= _length(least, size)
 
 
@@ -98,65 +113,72 @@ def newton(
     """
     N = x.shape[0]
     R, J, by_w = np.empty(N), np.empty((N, N)), np.empty(N)
-    size, largest, last = np.empty(N), np.zeros(F.shape[0]), np.empty(N)
+    size, largest, last, right = np.empty(N), np.zeros(F.shape[0]), np.empty(N), np.empty((N, 1))
+    step = np.empty(N)
     for iteration in range(most + 1):
-        residual(s, x, w, amplitude, R, J, by_w, F)
+        call_kernel(s.at.residual, residual, (s, x, w, amplitude, R, J, by_w, F))
         _measure(x, largest, size)
         left = _length(R, size)
         if left <= tolerance:
             return FOUND, iteration, left
         if not np.isfinite(left):
             return NOT_FINITE, iteration, left
-        step = R.copy()
-        solve(J, step.reshape(N, 1))
+        for i in range(N):
+            right[i, 0] = R[i]
+        call_kernel(s.at.solve, solve, (J, right))
+        for i in range(N):
+            step[i] = right[i, 0]
         length = _length(step, size)
         if not np.isfinite(length):
             return NOT_FINITE, iteration, left
         allowed = contraction if iteration == 1 else max(contraction, CONTRACTION)
         if iteration > 0 and length > allowed * _length(last, size):
             return FOUND if _rounded(s, x, R, w, amplitude, F, size) else FAR, iteration, left
-        x -= step
-        last[:] = step
+        for i in range(N):
+            x[i] -= step[i]
+            last[i] = step[i]
     return LONG, most, left
 
 
-@COMPILED
+@INNER
 def _border(J: Matrix, slope: Matrix, size: Matrix, span: float, row: Matrix, bordered: Matrix) -> None:
+    """The Jacobian in unknowns over `size`, with the slope by the parameter over `span` and a last `row`."""
     N = J.shape[0]
     for i in range(N):
         for j in range(N):
             bordered[i, j] = J[i, j] * size[j] / size[i]
         bordered[i, N] = slope[i] * span / size[i]
-    bordered[N] = row
+    for j in range(N + 1):
+        bordered[N, j] = row[j]
 
 
-@COMPILED
-def _tangent_at(J: Matrix, slope: Matrix, size: Matrix, span: float, heading: Matrix, tangent: Matrix) -> None:
-    """Unit tangent of the branch in unknowns over `size` and the parameter over `span`, on the side of `heading`."""
+@INNER
+def _tangent_at(
+    s: System, J: Matrix, slope: Matrix, size: Matrix, span: float, heading: Matrix, tangent: Matrix
+) -> bool:
+    """Unit tangent of the branch in unknowns over `size` and the parameter over `span`, on the side of `heading`.
+
+    Whether there is one is told.
+    """
     N = J.shape[0]
-    bordered, right = np.empty((N + 1, N + 1)), np.zeros(N + 1)
+    bordered, right = np.empty((N + 1, N + 1)), np.empty((N + 1, 1))
     _border(J, slope, size, span, heading, bordered)
-    right[N] = 1.0
-    solve(bordered, right.reshape(N + 1, 1))
-    tangent[:] = right / _norm(right)
+    for i in range(N + 1):
+        right[i, 0] = 1.0 if i == N else 0.0
+    call_kernel(s.at.solve, solve, (bordered, right))
+    total = 0.0
+    for i in range(N + 1):
+        total += right[i, 0] * right[i, 0]
+    for i in range(N + 1):
+        tangent[i] = right[i, 0] / np.sqrt(total)
+    return bool(np.isfinite(total))
 
 
-@COMPILED
+@INNER
 def _advance(
-    s: System,
-    z: Matrix,
-    tangent: Matrix,
-    size: Matrix,
-    span: float,
-    h: float,
-    kink: bool,
-    held: float,
-    by_drive: bool,
-    unit: Matrix,
-    tolerance: float,
-    most: int,
-    F: Matrix,
-) -> tuple[int, float]:
+    s: System, z: Matrix, tangent: Matrix, size: Matrix, span: float, h: float, kink: bool, held: float, by_drive: bool,
+    unit: Matrix, tolerance: float, most: int, F: Matrix,
+) -> tuple[int, float]:  # fmt: skip
     """One step of arclength along the branch.
 
     Parameters
@@ -164,7 +186,7 @@ def _advance(
     z : ndarray, (N + 1,)
         Unknowns over `size` and the parameter over `span`, moved on in place.
     tangent : ndarray, (N + 1,)
-        Unit tangent at z; if all goes well replaced by that at the last correction but one.
+        Unit tangent at z, replaced by that at the last correction but one.
     kink
         Whether the corrections need not contract, but only stay near.
     held, by_drive, unit
@@ -179,42 +201,47 @@ def _advance(
     """
     N = z.shape[0] - 1
     R, J, by_w = np.empty(N), np.empty((N, N)), np.empty(N)
-    bordered, right, way = np.empty((N + 1, N + 1)), np.empty((N + 1, 2)), tangent.copy()
-    own, largest = np.empty(N), np.zeros(F.shape[0])
+    bordered, right, across = np.empty((N + 1, N + 1)), np.empty((N + 1, 2)), np.empty(N + 1)
+    own, largest, x = np.empty(N), np.zeros(F.shape[0]), np.empty(N)
     contraction, last = 0.0, h
-    z += h * tangent
+    for i in range(N + 1):
+        z[i] += h * tangent[i]
+        across[i] = tangent[i]
     for iteration in range(most + 1):
-        x = z[:N] * size
+        for i in range(N):
+            x[i] = z[i] * size[i]
         w, amplitude = (held, z[N] * span) if by_drive else (z[N] * span, held)
-        residual(s, x, w, amplitude, R, J, by_w, F)
+        call_kernel(s.at.residual, residual, (s, x, w, amplitude, R, J, by_w, F))
         if iteration > 0:
             _measure(x, largest, own)
             if _length(R, own) < tolerance:
-                tangent[:] = way
                 return iteration, contraction
-        _border(J, unit if by_drive else by_w, size, span, tangent, bordered)
-        right[:N, 0] = R / size
-        right[:N, 1] = 0.0
+        _border(J, unit if by_drive else by_w, size, span, across, bordered)
+        for i in range(N):
+            right[i, 0], right[i, 1] = R[i] / size[i], 0.0
         right[N, 0], right[N, 1] = 0.0, 1.0  # corrections lie across the tangent; the second column is the next one
-        solve(bordered, right)
-        length, turned = _norm(right[:, 0]), _norm(right[:, 1])
+        call_kernel(s.at.solve, solve, (bordered, right))
+        length, turned = 0.0, 0.0
+        for i in range(N + 1):
+            length += right[i, 0] * right[i, 0]
+            turned += right[i, 1] * right[i, 1]
+        length, turned = np.sqrt(length), np.sqrt(turned)
         if not (np.isfinite(length) and np.isfinite(turned)):
             return -1, contraction
         allowed = BEND * h if kink else (CONTRACTION if iteration > 0 else 1.0) * last
         if length > allowed:
-            if iteration > 0 and _rounded(s, x, R, w, amplitude, F, own):
-                tangent[:] = way
-                return iteration, contraction
-            return -1, contraction
+            rounded = iteration > 0 and _rounded(s, x, R, w, amplitude, F, own)
+            return iteration if rounded else -1, contraction
         if iteration == 1:
             contraction = min(length / last, AIM) if kink else length / last
         last = length
-        z -= right[:, 0]
-        way[:] = right[:, 1] / turned
+        for i in range(N + 1):
+            z[i] -= right[i, 0]
+            tangent[i] = right[i, 1] / turned
     return -1, contraction
 
 
-@COMPILED
+@INNER
 def turns_beyond(start: float, slope: float, end_slope: float, h: float, target: float) -> bool:
     """Whether a step whose ends lie on one side of a target turns beyond it: as a parabola of these slopes would."""
     if slope * end_slope >= 0.0:
@@ -225,22 +252,9 @@ def turns_beyond(start: float, slope: float, end_slope: float, h: float, target:
 
 @COMPILED
 def follow(
-    s: System,
-    start: Matrix,
-    begin: float,
-    end: float,
-    held: float,
-    by_drive: bool,
-    span: float,
-    step: float,
-    landing: bool,
-    tolerance: float,
-    corrections: int,
-    X: Matrix,
-    P: Matrix,
-    F: Matrix,
-    iterations: NDArray[np.int64],
-) -> tuple[int, int]:
+    s: System, start: Matrix, begin: float, end: float, held: float, by_drive: bool, span: float, step: float,
+    landing: bool, tolerance: float, corrections: int, X: Matrix, P: Matrix, F: Matrix, iterations: NDArray[np.int64],
+) -> tuple[int, int]:  # fmt: skip
     """Follow the branch in one parameter, through folds.
 
     Parameters
@@ -270,64 +284,69 @@ def follow(
     N, most = start.shape[0], P.shape[0]
     low, high = min(begin, end), max(begin, end)
     h, target = step / 10.0, end / span
-    z, tangent, heading = np.empty(N + 1), np.empty(N + 1), np.zeros(N + 1)
-    R, J, by_w, force = np.empty(N), np.empty((N, N)), np.empty(N), np.empty_like(F[0])
-    size, new_size, largest, unit, x = np.empty(N), np.empty(N), np.zeros(F.shape[1]), np.zeros(N), start.copy()
+    z, tangent, trial, way = np.empty(N + 1), np.empty(N + 1), np.empty(N + 1), np.empty(N + 1)
+    R, J, by_w = np.empty(N), np.empty((N, N)), np.empty(N)
+    size, new_size, largest, unit = np.empty(N), np.empty(N), np.zeros(F.shape[1]), np.zeros(N)
     w, amplitude = (held, begin) if by_drive else (begin, held)
     if by_drive:
-        drive_slope(s, held, unit)
-    residual(s, x, w, amplitude, R, J, by_w, force)
-    _measure(x, largest, size)
-    heading[N] = 1.0 if end > begin else -1.0
-    z[:N], z[N] = start / size, begin / span
-    _tangent_at(J, unit if by_drive else by_w, size, span, heading, tangent)
-    if not np.isfinite(tangent).all():
+        call_kernel(s.at.drive_slope, drive_slope, (s, held, unit))
+    call_kernel(s.at.residual, residual, (s, start, w, amplitude, R, J, by_w, F[0]))
+    _measure(start, largest, size)
+    for i in range(N):
+        z[i], way[i] = start[i] / size[i], 0.0
+    z[N], way[N] = begin / span, 1.0 if end > begin else -1.0
+    if not _tangent_at(s, J, unit if by_drive else by_w, size, span, way, tangent):
         return NOT_FINITE, 0
-    trial, way = np.empty(N + 1), np.empty(N + 1)
     count, rejected = 0, 0
     while count < most:
         if h < SHORTEST * step:
             return STALLED, count
         if rejected > 2 * most:
             return LONG, count
-        trial[:], way[:] = z, tangent
-        kink = h < KINK * step
-        corrected, contraction = _advance(
-            s, trial, way, size, span, h, kink, held, by_drive, unit, tolerance, corrections, force
-        )
-        if corrected < 0 or (np.dot(way, tangent) < LEAST_TURN and not kink):
-            h /= 2.0
-            rejected += 1
-            continue
-        if landing:
+        for i in range(N + 1):
+            trial[i], way[i] = z[i], tangent[i]
+        x, force, kink = X[count], F[count], h < KINK * step
+        given = s, trial, way, size, span, h, kink, held, by_drive, unit, tolerance, corrections, force
+        corrected, contraction = call_kernel(s.at.advance, _advance, given)
+        turned = 0.0
+        for i in range(N + 1):
+            turned += way[i] * tangent[i]
+        accepted = corrected >= 0 and (turned >= LEAST_TURN or kink)
+        if accepted and landing:
             before, after = z[N] - target, trial[N] - target
             if before * after <= 0.0:
                 share = before / (before - after)
-                x[:] = (z[:N] + share * (trial[:N] - z[:N])) * size
+                for i in range(N):
+                    x[i] = (z[i] + share * (trial[i] - z[i])) * size[i]
                 w, amplitude = (held, end) if by_drive else (end, held)
                 near = BEND if kink else CONTRACTION
-                outcome, steps, _ = newton(s, x, w, amplitude, tolerance, corrections, near, force)
+                found = call_kernel(s.at.newton, newton, (s, x, w, amplitude, tolerance, corrections, near, force))
+                outcome, steps, _ = found
                 if outcome == FOUND:
-                    X[count], P[count], F[count], iterations[count] = x, end, force, steps
+                    P[count], iterations[count] = end, steps
                     return FOUND, count + 1
-                h /= 2.0
-                rejected += 1
-                continue
-            if not kink and turns_beyond(float(z[N]), float(tangent[N]), float(way[N]), h, target):
-                h /= 2.0
-                rejected += 1
-                continue
-        z[:], tangent[:] = trial, way
-        if not landing and not low <= z[N] * span <= high:
+                accepted = False
+            elif not kink:
+                accepted = not turns_beyond(float(z[N]), float(tangent[N]), float(way[N]), h, target)
+        if not accepted:
+            h /= 2.0
+            rejected += 1
+            continue
+        if not landing and not low <= trial[N] * span <= high:
             return ENDED, count
-        x[:] = z[:N] * size
-        X[count], P[count], F[count], iterations[count] = x, z[N] * span, force, corrected
+        for i in range(N):
+            x[i] = trial[i] * size[i]
+        P[count], iterations[count] = trial[N] * span, corrected
         count += 1
         _measure(x, largest, new_size)
-        z[:N] = x / new_size
+        total = way[N] * way[N]
         for i in range(N):
-            tangent[i] *= size[i] / new_size[i]
-        tangent /= _norm(tangent)
-        size[:] = new_size
+            z[i] = x[i] / new_size[i]
+            tangent[i] = way[i] * size[i] / new_size[i]
+            total += tangent[i] * tangent[i]
+            size[i] = new_size[i]
+        z[N], tangent[N] = trial[N], way[N]
+        for i in range(N + 1):
+            tangent[i] /= np.sqrt(total)
         h = min(step, h * min(1.5, max(0.5, np.sqrt(AIM / max(contraction, 1e-6)))))
     return LONG, count

@@ -71,7 +71,7 @@ class HarmonicBalance:
         self._locals = built.locals
         self._channels = slice(built.locals + built.auxiliaries, None)
         self._H, self._n = harmonics, 2 * harmonics + 1
-        self._system = system_of(built, self._poles, harmonics=harmonics, samples=samples)
+        self._system = continuation.with_kernels(system_of(built, self._poles, harmonics=harmonics, samples=samples))
 
     def solve(
         self,
@@ -253,19 +253,9 @@ class HarmonicBalance:
         return _State(way.X[-1], w, amplitude, way.F[-1], int(way.iterations.sum()), jumped=turned)
 
     def _follow(
-        self,
-        start: Matrix,
-        begin: float,
-        end: float,
-        held: float,
-        *,
-        by_drive: bool,
-        span: float,
-        step: float,
-        most: int,
-        landing: bool = False,
-        tolerance: float = LIMITS.balance_tolerance,
-    ) -> _Way:
+        self, start: Matrix, begin: float, end: float, held: float, *, by_drive: bool, span: float, step: float,
+        most: int, landing: bool = False, tolerance: float = LIMITS.balance_tolerance,
+    ) -> _Way:  # fmt: skip
         """Points along a branch after its first; as :func:`twin.response.continuation.follow`."""
         X, P, F = np.empty((most, len(start))), np.empty(most), np.empty((most, self._locals, self._n))
         iterations = np.empty(most, np.int64)

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.joint.kernel import COMPILED
+from twin.joint.calling import call_kernel
+from twin.joint.kernel import COMPILED, INNER
 from twin.joint.kinds import FORCE_FACTOR, RUNNING_LOSS
 from twin.response.aft import alternate, alternate_pair, running
 from twin.response.system import System
@@ -14,8 +15,8 @@ ROUNDING = 1e3 * float(np.finfo(float).eps)
 """What rounding may leave of a residual, over the sum of the sizes of its terms."""
 
 
-@COMPILED
-def _transfer(s: System, w: float, G: Matrix, dG: Matrix) -> None:
+@INNER
+def transfer(s: System, w: float, G: Matrix, dG: Matrix) -> None:
     """Real and imaginary parts of G(j k w) and of its derivative by w, (harmonics + 1, 2, outputs, inputs)."""
     poles = s.square.shape[0]
     inverse, by_s = np.empty((2, poles)), np.empty((2, poles))
@@ -43,23 +44,22 @@ def _transfer(s: System, w: float, G: Matrix, dG: Matrix) -> None:
                 dG[k, 0, o, i], dG[k, 1, o, i] = -k * d_im, k * d_re
 
 
-@COMPILED
-def _clear(into: Matrix) -> None:
-    """Zeros in an array of any shape; with numpy's own, compiling takes four times as long."""
-    flat = into.reshape(-1)
-    for i in range(flat.shape[0]):
-        flat[i] = 0.0
+@INNER
+def _add(into: Matrix, row: int, scale: float, what: Matrix) -> None:
+    """A multiple of a row."""
+    for i in range(what.shape[0]):
+        into[row, i] += scale * what[i]
 
 
-@COMPILED
-def _add(into: Matrix, scale: float, what: Matrix) -> None:
-    """A multiple of an array of the same shape."""
-    flat, added = into.reshape(-1), what.reshape(-1)
-    for i in range(flat.shape[0]):
-        flat[i] += scale * added[i]
+@INNER
+def _add_block(into: Matrix, a: int, b: int, scale: float, what: Matrix) -> None:
+    """A multiple of a matrix."""
+    for i in range(what.shape[0]):
+        for q in range(what.shape[1]):
+            into[a, b, i, q] += scale * what[i, q]
 
 
-@COMPILED
+@INNER
 def forces(s: System, x: Matrix, w: float, static: Matrix, F: Matrix, dF: Matrix, by_w: Matrix, met: Matrix) -> None:
     """Coefficients of the local forces and their derivatives.
 
@@ -70,31 +70,30 @@ def forces(s: System, x: Matrix, w: float, static: Matrix, F: Matrix, dF: Matrix
     static : ndarray, (outputs, inputs)
         G at zero frequency.
     F, by_w : ndarray, (locals, n)
-        Filled; `by_w` is the explicit dependence on w.
+        Filled; `by_w`, which is nothing before, is the explicit dependence on w.
     dF : ndarray, (locals, locals, n, n)
-        Filled: of force a by coordinate b.
+        Filled, and nothing before: of force a by coordinate b.
     met : ndarray, (locals, locals)
-        Filled: whether force a depends on coordinate b.
+        Likewise: whether force a depends on coordinate b.
     """
     locals_, n = x.shape
-    _clear(F)
-    _clear(dF)
-    _clear(by_w)
-    _clear(met)
+    for a in range(locals_):
+        for i in range(n):
+            F[a, i] = 0.0
     f, j, j2, by_offset, by_omega = np.zeros(n), np.zeros((n, n)), np.zeros((n, n)), np.zeros(n), np.zeros(n)
     for e in range(s.kind.shape[0]):
         a = s.coordinate[e]
         if s.kind[e] == FORCE_FACTOR:
             b, c = int(s.parameters[e, 2]), int(s.parameters[e, 3])
             alternate_pair(s.parameters, e, x[b], x[c], s.basis, f, j, j2)
-            _add(F[a], 1.0, f)
-            _add(dF[a, b], 1.0, j)
-            _add(dF[a, c], 1.0, j2)
+            _add(F, a, 1.0, f)
+            _add_block(dF, a, b, 1.0, j)
+            _add_block(dF, a, c, 1.0, j2)
             met[a, b] = met[a, c] = 1.0
         elif s.kind[e] != RUNNING_LOSS:
-            alternate(s.kind[e], s.parameters, e, x[a], s.basis, f, j)
-            _add(F[a], s.scale[e], f)
-            _add(dF[a, a], s.scale[e], j)
+            call_kernel(s.at.alternate, alternate, (s.kind[e], s.parameters, e, x[a], s.basis, f, j))
+            _add(F, a, s.scale[e], f)
+            _add_block(dF, a, a, s.scale[e], j)
             met[a, a] = 1.0
     # The running means hold the displacement's static part, which the forces above make.
     for e in range(s.kind.shape[0]):
@@ -104,9 +103,9 @@ def forces(s: System, x: Matrix, w: float, static: Matrix, F: Matrix, dF: Matrix
             for b in range(locals_):
                 offset += static[row, 1 + b] * F[b, 0]
             running(s.parameters, e, x[a], offset, w, f, j, by_offset, by_omega)
-            _add(F[a], s.scale[e], f)
-            _add(by_w[a], s.scale[e], by_omega)
-            _add(dF[a, a], s.scale[e], j)
+            _add(F, a, s.scale[e], f)
+            _add(by_w, a, s.scale[e], by_omega)
+            _add_block(dF, a, a, s.scale[e], j)
             met[a, a] = 1.0
             if offset != 0.0:
                 for b in range(locals_):
@@ -125,15 +124,15 @@ def residual(s: System, x: Matrix, w: float, amplitude: float, R: Matrix, J: Mat
     locals_ = x.shape[0] // n
     G = np.empty((n // 2 + 1, 2, s.D.shape[0], s.D.shape[1]))
     dG = np.empty_like(G)
-    _transfer(s, w, G, dG)
-    dF, met = np.empty((locals_, locals_, n, n)), np.empty((locals_, locals_))
-    explicit = np.empty((locals_, n))
+    call_kernel(s.at.transfer, transfer, (s, w, G, dG))
+    dF, met = np.zeros((locals_, locals_, n, n)), np.zeros((locals_, locals_))
+    explicit = np.zeros((locals_, n))
     forces(s, x.reshape(locals_, n), w, G[0, 0], F, dF, explicit, met)
-    _clear(J)
     for i in range(x.shape[0]):
         R[i] = x[i]
         by_w[i] = 0.0
-        J[i, i] = 1.0
+        for q in range(x.shape[0]):
+            J[i, q] = 1.0 if i == q else 0.0
     for a in range(locals_):
         top = a * n
         for k in range(n // 2 + 1):
@@ -173,19 +172,19 @@ def drive_slope(s: System, w: float, slope: Matrix) -> None:
     """Derivative of the residual by the drive's amplitude, (N,): less the linear response to a unit drive."""
     n = s.basis.shape[0]
     G = np.empty((2, 2, s.D.shape[0], s.D.shape[1]))
-    _transfer(s, w, G, np.empty_like(G))
+    call_kernel(s.at.transfer, transfer, (s, w, G, np.empty_like(G)))
     slope[:] = 0.0
     for a in range(slope.shape[0] // n):
         slope[a * n + 1], slope[a * n + 2] = -G[1, 1, a, 0], -G[1, 0, a, 0]
 
 
-@COMPILED
+@INNER
 def rounding(s: System, x: Matrix, w: float, amplitude: float, F: Matrix, least: Matrix) -> None:
     """What rounding may leave in each component of the residual, (N,), for unknowns x and the forces F they make."""
     n = s.basis.shape[0]
     locals_ = F.shape[0]
     G = np.empty((n // 2 + 1, 2, s.D.shape[0], s.D.shape[1]))
-    _transfer(s, w, G, np.empty_like(G))
+    call_kernel(s.at.transfer, transfer, (s, w, G, np.empty_like(G)))
     for a in range(locals_):
         for i in range(n):
             k = (i + 1) // 2

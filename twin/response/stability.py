@@ -47,7 +47,7 @@ def floquet_multipliers(
     steps = int(np.ceil(rate_Hz / frequency_Hz))
     c = coefficients(poles, 1.0 / (frequency_Hz * steps))
     waves = np.exp(2j * np.pi * np.outer(np.arange(inputs.shape[1]), np.arange(1, steps + 1) / steps))
-    balanced, drive = np.ascontiguousarray((outputs @ waves).real), (inputs[0] @ waves).real
+    balanced, drive = (np.ascontiguousarray((driven @ waves).real) for driven in (outputs, inputs[0]))
     memory = elements.state.copy()
     running = elements.kind == RUNNING_LOSS
     taus = elements.parameters[running, 0] if running.any() else np.zeros(1)

@@ -19,6 +19,19 @@ from twin.response.aft import fourier_basis
 Matrix = NDArray[np.float64]
 
 
+class Addresses(NamedTuple):
+    """Of kernels, by their names, for :data:`twin.joint.calling.call_kernel`."""
+
+    transfer: int = 0
+    alternate: int = 0
+    residual: int = 0
+    rounding: int = 0
+    drive_slope: int = 0
+    solve: int = 0
+    newton: int = 0
+    advance: int = 0
+
+
 class System(NamedTuple):
     """Arrays for the kernels: P poles, O outputs (local coordinates, then auxiliary rows), I inputs (drive, forces).
 
@@ -34,6 +47,8 @@ class System(NamedTuple):
         Elements, as in :class:`twin.bench.marching.Elements`.
     basis : ndarray, (n, samples)
         See :func:`twin.response.aft.fourier_basis`.
+    at
+        Where the kernels are that others call: :func:`twin.response.continuation.with_kernels`.
     """
 
     twice_real: Matrix
@@ -47,6 +62,7 @@ class System(NamedTuple):
     scale: Matrix
     parameters: Matrix
     basis: Matrix
+    at: Addresses = Addresses()
 
 
 def system_of(built: Built, poles: Poles, *, harmonics: int, samples: int) -> System:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from twin.bench.marching import Elements, Step, couple
 from twin.joint.elimination import eliminate_columns
-from twin.joint.kernel import BORROWING, COMPILED, evaluate, remember
+from twin.joint.kernel import COMPILED, INNER, evaluate, remember
 from twin.joint.kinds import FORCE_FACTOR
 
 Matrix = NDArray[np.float64]
@@ -109,7 +109,7 @@ def tangent_map(
     return state[moves]
 
 
-@BORROWING
+@INNER
 def _add(into: Matrix, to: int, factor: float, what: Matrix, row: int) -> None:
     """Add a multiple of one row to another."""
     if factor != 0.0:
@@ -117,7 +117,7 @@ def _add(into: Matrix, to: int, factor: float, what: Matrix, row: int) -> None:
             into[to, c] += factor * what[row, c]
 
 
-@COMPILED
+@INNER
 def _slopes(
     step_s: float, elements: Elements, e: int, path: Matrix, t: int, size: Matrix, beside: Matrix, by_memory: Matrix,
     slopes: Matrix, before: Matrix, after: Matrix,
@@ -157,7 +157,7 @@ def _slopes(
     return slope
 
 
-@BORROWING
+@INNER
 def _copy_row(memory: Matrix, e: int, into: Matrix) -> None:
     for i in range(memory.shape[1]):
         into[i] = memory[e, i]
