@@ -14,8 +14,6 @@ In a notebook or a script::
 Results print as tables; figures are matplotlib's.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 

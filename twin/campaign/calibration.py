@@ -5,8 +5,6 @@ those of something on no list.  Learnt are the three at which the truth is most 
 score), beside a wide prior about those that are in use; and what clean rigs needed as a model error.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What an engineer should know of a cause: ``advice.toml`` in its folder, and the page that shows a case of it."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path

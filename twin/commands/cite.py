@@ -1,7 +1,5 @@
 """``twin cite``: what to cite for this program and for the methods that results used."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from collections.abc import Iterator

@@ -6,12 +6,4 @@ from twin.diagnose.models import CAUSES
 from twin.diagnose.parallel_map import in_processes, usual_processes
 from twin.diagnose.responses import diagnose_responses
 
-__all__ = [
-    "CAUSES",
-    "Diagnosis",
-    "NamedCause",
-    "diagnose",
-    "diagnose_responses",
-    "in_processes",
-    "usual_processes",
-]
+__all__ = ["CAUSES", "Diagnosis", "NamedCause", "diagnose", "diagnose_responses", "in_processes", "usual_processes"]

@@ -1,7 +1,5 @@
 """What every cause says of itself: its parameters, what it adds to the forward model, and in words."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A model on trial: the base family with causes at given values, fitted together, and how probable the data make it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Where a cause sits: places searched along beams and among the nodes of parts given by matrices."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np

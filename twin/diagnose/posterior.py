@@ -4,8 +4,6 @@ A hypothesis' weight is its log evidence plus its prior odds.  ``none`` is the b
 rigs, ``unknown`` the best model with errors of any size.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

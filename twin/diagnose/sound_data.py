@@ -8,15 +8,7 @@ from dataclasses import dataclass
 
 from recordings.run import Run
 from twin.diagnose.effects import with_effects
-from twin.diagnose.signals import (
-    Finding,
-    Sidebands,
-    as_known,
-    find_sidebands,
-    foreign_lines,
-    inspect_signals,
-    mended,
-)
+from twin.diagnose.signals import Finding, Sidebands, as_known, find_sidebands, foreign_lines, inspect_signals, mended
 from twin.identify.measured_data import MeasuredData, gather_data
 from twin.identify.rig_channels import own_channels
 from twin.rigs import Rig

@@ -8,14 +8,7 @@ from twin.diagnose.answer.result import Estimate, NamedCause, Verdict
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.places import told_place
-from twin.diagnose.posterior import (
-    LOG_ODDS_OF_UNKNOWN,
-    Weighed,
-    log_weight,
-    probabilities,
-    smallest_set,
-    temperature,
-)
+from twin.diagnose.posterior import LOG_ODDS_OF_UNKNOWN, Weighed, log_weight, probabilities, smallest_set, temperature
 from twin.diagnose.selection.search import Search, Stage
 from twin.diagnose.signals import Finding, Sidebands
 from twin.identify.measured_data import MeasuredData

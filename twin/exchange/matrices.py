@@ -3,8 +3,6 @@
 The sensors' masses are in the mass, joints in the stiffness at their moduli of one preload.
 """
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Callable
 from contextlib import ExitStack

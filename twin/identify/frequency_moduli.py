@@ -1,7 +1,5 @@
 """Moduli of a structure from natural frequencies alone, with hardly anything assumed of them beforehand."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

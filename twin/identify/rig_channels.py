@@ -1,7 +1,5 @@
 """Recordings as a rig's own channels tell them."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import replace
 

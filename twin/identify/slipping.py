@@ -1,7 +1,5 @@
 """Harmonics of a slider that sticks until its force is reached, in a structure that lets its slip ripple."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

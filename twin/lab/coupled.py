@@ -1,7 +1,5 @@
 """A rig of substructures, coupled: predicted responses, and its joints identified from measured ones."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A modal test, of hits or of noise: modes, shapes, and how they compare with a rig's."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

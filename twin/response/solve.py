@@ -15,8 +15,7 @@ BY_HAND = 64
 """Most unknowns that are eliminated by hand; a little above, LAPACK takes the same time."""
 _DOUBLES, _INTS, _D = types.CPointer(types.float64), types.CPointer(types.intc), ord("d")
 _gesv: Any = types.ExternalFunction(
-    "numba_xgesv",
-    types.intc(types.char, types.intp, types.intp, _DOUBLES, types.intp, _INTS, _DOUBLES, types.intp),
+    "numba_xgesv", types.intc(types.char, types.intp, types.intp, _DOUBLES, types.intp, _INTS, _DOUBLES, types.intp)
 )
 """scipy's LAPACK as numba's own solve calls it, whose checks take longer to compile than all of Newton's method."""
 

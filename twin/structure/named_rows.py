@@ -1,7 +1,5 @@
 """Whose the rows of a structure's matrices are, for programs that know of nodes and degrees of freedom."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from twin.structure.mesh import BeamMesh

@@ -10,8 +10,6 @@ spring with a loss factor, 1 / (i omega c) a damper.  With -Y of a residual stru
 blocks and F = 0 the same decouples it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

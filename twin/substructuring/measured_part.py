@@ -1,7 +1,5 @@
 """Receptances between the points of a part that is known by its responses, from the file that the rig file names."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import combinations_with_replacement
 from pathlib import Path

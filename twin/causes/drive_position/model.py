@@ -23,14 +23,7 @@ class DrivePosition(Cause):
         number = [*evidence.rig.drives].index(_drive(evidence, label))
         back, forth = evidence.rig.layout().reach(evidence.drive_places[number])
         return (
-            Parameter(
-                name="offset_m",
-                scale=0.01,
-                lower=-0.8 * back,
-                upper=0.9 * forth,
-                null=0.0,
-                starts=(0.001,),
-            ),
+            Parameter(name="offset_m", scale=0.01, lower=-0.8 * back, upper=0.9 * forth, null=0.0, starts=(0.001,)),
         )
 
     def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:

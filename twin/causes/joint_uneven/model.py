@@ -20,15 +20,7 @@ class JointUneven(Cause):
     labels = staticmethod(joint_labels)
     numbers = (
         # Two modes of a clean campaign by a program that shares no code with this one ask for a gradient of 0.05.
-        Parameter(
-            name="gradient",
-            scale=0.7,
-            lower=-1.95,
-            upper=1.95,
-            null=0.0,
-            starts=(0.4,),
-            tolerance=0.07,
-        ),
+        Parameter(name="gradient", scale=0.7, lower=-1.95, upper=1.95, null=0.0, starts=(0.4,), tolerance=0.07),
     )
 
     def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:

@@ -23,14 +23,7 @@ class SensorPosition(Cause):
         """Offset along its beam."""
         back, forth = evidence.rig.layout().reach(evidence.place_of(label["channel"]))
         return (
-            Parameter(
-                name="offset_m",
-                scale=0.01,
-                lower=-0.5 * back,
-                upper=forth,
-                null=0.0,
-                starts=(-0.001,),
-            ),
+            Parameter(name="offset_m", scale=0.01, lower=-0.5 * back, upper=forth, null=0.0, starts=(-0.001,)),
             Parameter(name="carried", scale=0.3, lower=0.0, upper=1.0, starts=(1.0, 0.0)),
         )
 

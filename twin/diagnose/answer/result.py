@@ -207,10 +207,7 @@ class Diagnosis:
             "set_95": list(self.set_95),
             "excluded": [asdict(limit) for limit in self.excluded],
             "hypotheses": [asdict(hypothesis) for hypothesis in self.hypotheses],
-            "model_error": {
-                "inferred": self.search.model.errors.steps.stiffness,
-                "sound": SOUND.steps.stiffness,
-            },
+            "model_error": {"inferred": self.search.model.errors.steps.stiffness, "sound": SOUND.steps.stiffness},
             "explains": explains(self.verdict, self.shortfall),
             "gain": None
             if self.gain is None

@@ -1,7 +1,5 @@
 """Where an answer's numbers do not bear it out: its first sentence says so, and a command ends with status 1."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 from twin.diagnose.answer.misfit import Misfit, Verdict

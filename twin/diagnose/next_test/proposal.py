@@ -94,8 +94,7 @@ def _first_noise(runs: Sequence[Run], evidence: MeasuredData) -> Iterator[Propos
     highest = LIMITS.above_last * float(evidence.model.basis.omega[IDENTIFY.damped_modes - 1]) / (2 * np.pi)
     band = (LIMITS.noise_lowest_Hz, float(np.floor(min(highest, rate / LIMITS.noise_oversampled))))
     rms = min(
-        LIMITS.noise_quiet * min(forces),
-        LIMITS.sweeps_headroom * evidence.rig.force_sensor.range / LIMITS.noise_crest,
+        LIMITS.noise_quiet * min(forces), LIMITS.sweeps_headroom * evidence.rig.force_sensor.range / LIMITS.noise_crest
     )
     yield from _each_length(band, rms, 60.0, rate)
 

@@ -4,8 +4,6 @@ The threshold is held at one value after the other while all else is fitted, eac
 (continuation), so that a value costs two or three Gauss-Newton steps.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice

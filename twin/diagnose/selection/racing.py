@@ -1,7 +1,5 @@
 """Fits of rival models side by side, of which those that fall far behind end early (racing: Maron and Moore 1994)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial

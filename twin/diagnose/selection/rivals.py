@@ -1,7 +1,5 @@
 """Rival models with one more cause: which of them are fitted, where their fits begin, and how they race."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

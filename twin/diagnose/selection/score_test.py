@@ -6,8 +6,6 @@ has the sizes D^-1 u with the covariance D^-1, where D = X' X and u = X' r.  Wit
 factor is u' (D + 1)^-1 u / 2 - ln det(1 + D) / 2.  One residual for each strength and place, no fit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product

@@ -1,7 +1,5 @@
 """Stepwise selection: causes are added one by one, and dropped again, while the posterior odds gain by it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple

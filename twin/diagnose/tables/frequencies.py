@@ -1,7 +1,5 @@
 """Diagnosis of measured natural frequencies: the selection of :mod:`twin.diagnose.selection` on tables of them."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ At every step the joint's law and local nonlinear forces have the stiffness that
 them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

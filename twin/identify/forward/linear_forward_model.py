@@ -1,7 +1,5 @@
 """The linear rig with what an extension changes: receptances between its ports, and what the channels show of them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from twin.arrays import Array

@@ -1,7 +1,5 @@
 """What the shaker holds against motion that its generator did not ask for: harmonics that were not measured."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which hits of an impact test can be used: no second hit in the record, nothing on the converter's limit."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

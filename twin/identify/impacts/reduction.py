@@ -8,8 +8,6 @@ H1 = S_xf / S_ff is unbiased where the responses alone are noisy, H2 = S_xx / S_
 geometric mean, is total least squares with both spectra scaled alike (Rocklin, Crowley and Vold, IMAC 1985).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal

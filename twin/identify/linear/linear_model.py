@@ -342,11 +342,7 @@ class LinearModel:
 
 
 def build_linear_model(
-    rig: Rig,
-    outputs: list[Output],
-    *,
-    preload: str | None = None,
-    structure: Structure | None = None,
+    rig: Rig, outputs: list[Output], *, preload: str | None = None, structure: Structure | None = None
 ) -> LinearModel:
     """Set up the model of `rig` at one preload.
 

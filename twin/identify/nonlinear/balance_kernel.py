@@ -4,8 +4,6 @@ Every step is a small problem of its own: n ports, a complex elimination with n 
 step on the logarithms of the amplitudes.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from twin.arrays import Array

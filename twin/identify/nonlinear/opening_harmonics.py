@@ -208,12 +208,7 @@ def growth_of_more(
 
 
 def stiffness_sensitivity(
-    laws: Sequence[LayerLaw],
-    openings: Openings,
-    motion: Array,
-    moved: Array,
-    *,
-    slaps: Sequence[Opening | None] = (),
+    laws: Sequence[LayerLaw], openings: Openings, motion: Array, moved: Array, *, slaps: Sequence[Opening | None] = ()
 ) -> tuple[list[Array], Array]:
     """Derivatives of the stiffness that harmonics add to the fundamental's.
 

@@ -4,8 +4,6 @@ Real parts of all orders come first among the unknowns, then the imaginary parts
 has none.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from twin.arrays import Array

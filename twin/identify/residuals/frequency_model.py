@@ -3,8 +3,6 @@
 A residual is ln f measured minus ln f of the model; with mass-normalised shapes d(omega^2)/dp = phi' (dK/dp) phi.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 

@@ -52,13 +52,7 @@ def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParamete
     error[np.isin(orders, LIMITS.odd_harmonics)] = LIMITS.share_error
     shared_out = error[:, None, None] * each
     covariance = covariance + odd * anything + tolerance + shared_out @ np.conj(np.swapaxes(shared_out, 2, 3))
-    return HarmonicResiduals(
-        orders,
-        residual,
-        Whitening.of(covariance),
-        field,
-        residual_model.model.structure,
-    )
+    return HarmonicResiduals(orders, residual, Whitening.of(covariance), field, residual_model.model.structure)
 
 
 def harmonic_fields(
@@ -85,9 +79,7 @@ def harmonic_fields(
     softened = -springs[:, : len(points)].real
     # In a joint without softening the openings alone share out whatever harmonics it has.
     softened = np.where(
-        np.any(softened, axis=1, keepdims=True),
-        softened,
-        residual_model.local.weights[:, : len(points)],
+        np.any(softened, axis=1, keepdims=True), softened, residual_model.local.weights[:, : len(points)]
     )
     dE, dG = residual_model.moduli_changes(baseline.base, time)
     linear, joint, field = [], [], []

@@ -1,7 +1,5 @@
 """The likelihood of each kind of data: residuals, errors and sensitivities, for all that fits or weighs models."""
 
-from __future__ import annotations
-
 from twin.identify.linear.linear_model import LinearParameters, nominal_parameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification

@@ -76,10 +76,7 @@ class HarmonicResiduals:
     def select(self, keep: Array) -> HarmonicResiduals:
         """The steps where `keep` is true."""
         return replace(
-            self,
-            residual=self.residual[keep],
-            whitening=Whitening(self.whitening.factor[keep]),
-            field=self.field[keep],
+            self, residual=self.residual[keep], whitening=Whitening(self.whitening.factor[keep]), field=self.field[keep]
         )
 
     def whiten(self, values: Array) -> Array:

@@ -1,7 +1,5 @@
 """Measured frequency responses of one state of a rig, as the evidence that identification and diagnosis see."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ A modal fit: natural frequencies, damping ratios and what each response shows of
 beyond these modes is the model's.  So the frequencies do not hinge on a level or a shape that the model has wrong.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

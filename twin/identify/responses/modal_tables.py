@@ -1,7 +1,5 @@
 """A rig updated to a modal table: measured natural frequencies with shapes at nodes of the lab's geometry."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from recordings.errors import InputError

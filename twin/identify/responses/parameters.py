@@ -1,7 +1,5 @@
 """What of a rig file an updating may change: moduli, densities, springs, the turning of clamps, joints' moduli."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ Random Data, 4th ed., table 9.6), or, where no coherence is given or nobody says
 that is fitted to the line and its neighbours (the local rational method, McKelvey and Guerin 2012).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

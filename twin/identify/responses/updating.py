@@ -5,8 +5,6 @@ and Mottershead, Finite Element Model Updating in Structural Dynamics, 1995, cha
 logarithms of stiffnesses, however sharp the resonances are.  What the numbers leave of both is kept in the model.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -5,8 +5,6 @@ predicts that it went on beyond the limit.  The force does.  A reference model's
 off; what that leaves is small, and predicts its own gaps (:mod:`twin.identify.spectra.gaps`) as well as needs be.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

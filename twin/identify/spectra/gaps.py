@@ -10,8 +10,6 @@ that see them are least (Janssen, Veldhuis and Vries, IEEE Trans. ASSP 34 (1986)
 The prediction is the one of the samples as they are filled so far, and improves with them.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve, solve_toeplitz
