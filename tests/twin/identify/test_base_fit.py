@@ -28,7 +28,7 @@ BAND_Hz = np.geomspace(8.0, 950.0, 80)
 SWEPT = {1: (np.linspace(27.4, 25.6, 25), (0.75, 1.5, 3.0, 6.0)), 2: (np.linspace(158.0, 155.0, 25), (0.3, 0.6, 1.0))}
 """Frequencies in Hz and forces in N about each mode."""
 HELD_OUT_N = {1: 3.0, 2: 0.6}
-SOFTENED = SOUND.with_value("steps", "ratio", 3e-4)
+SOFTENED = replace(SOUND, steps=replace(SOUND.steps, ratio=3e-4))
 """What the model leaves of one channel against the other where a joint loses two thirds of E': where the evidence of
 both modes together is largest.  Sound rigs soften less, and have a sixth of it."""
 

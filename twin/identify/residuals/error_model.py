@@ -73,10 +73,6 @@ class ErrorModel:
         pairs = ((self.steps.stiffness, sound.steps.stiffness), (self.steps.ratio, sound.steps.ratio))
         return all(mine < usual * np.exp(SPREAD) for mine, usual in pairs)
 
-    def with_value(self, kind: str, name: str, value: float) -> ErrorModel:
-        """The same but for one number."""
-        return replace(self, **{kind: replace(getattr(self, kind), **{name: value})})
-
 
 SOUND = ErrorModel(steps=Discrepancy(2e-6, 5e-5), broadband=Discrepancy(4e-5, 6e-5))
 """What sound rigs need: medians over two clean campaigns of a program that shares no code with the bench, and the

@@ -202,10 +202,7 @@ class ResidualModel(ForwardModel):
     def _by_amplitude_and_harmonics(
         self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance
     ) -> tuple[Array, Array]:
-        """D log response (s, o) / d log amplitude of the reference channel, and / d log of what harmonics add.
-
-        Both through the law and the local forces.
-        """
+        """D log response (s, o) / d log amplitude of the reference channel, and / d log of what harmonics add."""
         motion, influence = self._port_motion(R, omega)
         p, more = len(self.points), balance.more[:, : len(self.points), None]
         moved = np.concatenate([np.ones((*motion.shape, 1)), influence.motion[:, :, :p] @ more], axis=2)

@@ -120,9 +120,9 @@ def test_fits_come_to_their_errors_through_ever_smaller_ones():
 
 
 def test_a_model_that_errs_by_much_is_not_fitted_with_less_on_the_way():
-    wrong = SOUND.with_value("steps", "stiffness", 2e-3)
+    wrong = replace(SOUND, steps=replace(SOUND.steps, stiffness=2e-3))
     assert [level.steps.stiffness for level in continuation(wrong)] == [1e-2, 3e-3, 2e-3]
-    far = SOUND.with_value("steps", "stiffness", 1.0)
+    far = replace(SOUND, steps=replace(SOUND.steps, stiffness=1.0))
     assert continuation(far) == (far,)
 
 
