@@ -121,14 +121,13 @@ def search_causes(
     base_harmonics = _harmonics(evidence, base)
     data, model = _Reduced(evidence, base_harmonics), base
     stages: list[Stage] = []
-    while len(stages) < 2 * most:
+    while not stages or (stages[-1].accepted and len(stages) < 2 * most):
         stages.append(_one_more(data, model, causes, most, effort, report))
-        if not stages[-1].accepted:
-            break
-        data, model = _taken_up(data, stages[-1].best, report)
-        if (simpler := _one_less(data, model, causes, stages[-1], report)) is not None:
-            stages.append(simpler)
-            data, model = _taken_up(data, simpler.best, report)
+        if stages[-1].accepted:
+            data, model = _taken_up(data, stages[-1].best, report)
+            if (simpler := _one_less(data, model, causes, stages[-1], report)) is not None:
+                stages.append(simpler)
+                data, model = _taken_up(data, simpler.best, report)
     model = with_spread(*data, model, stages[-1].tolerances)
     return Search(base, model, tuple(stages), *data, base_harmonics)
 
