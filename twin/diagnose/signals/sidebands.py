@@ -106,12 +106,19 @@ def _powers(run: Run, stretch: Stretch, channel: str, line: Line | None) -> Arra
     left = np.concatenate([rest[:, 0] for _, rest in remainders(len(x), lambda at: x[at, None], repeating)])
     padded = 1 << (4 * len(x) - 1).bit_length()
     lines = np.abs(np.fft.fft(left * np.exp(-2j * np.pi * drive * t), padded)) ** 2
-    offsets = _offsets(drive)
-    place = np.rint(offsets / rate * padded).astype(int)
-    power = (lines[place] + lines[-place]) / 2
-    nearest = LIMITS.sidebands_nearest / length
-    power[(offsets < nearest) | (offsets > drive - nearest)] = np.nan
-    if not np.isfinite(power).any():
+    offsets, nearest = _offsets(drive), LIMITS.sidebands_nearest / length
+
+    def both_sides(offsets: Array) -> Array:
+        place = np.rint(offsets / rate * padded).astype(int)
+        power = (lines[place] + lines[-place]) / 2
+        return np.where((offsets < nearest) | (offsets > drive - nearest), np.nan, power)
+
+    power = both_sides(offsets)
+    seen = np.isfinite(power)
+    if not seen.any():
         return None
-    noise = float(np.nanmedian(power)) / LIMITS.median_of_two
-    return np.asarray(power / max(noise, np.finfo(float).tiny))
+    # The noise about each: that of some instruments grows towards low frequencies.
+    away = nearest * np.arange(1.0, 3.5, 0.5)
+    noise = np.full(len(power), np.nan)
+    noise[seen] = np.nanmedian(both_sides(offsets[seen, None] + np.append(-away, away)), axis=1) / LIMITS.median_of_two
+    return np.asarray(power / np.maximum(noise, np.finfo(float).tiny))

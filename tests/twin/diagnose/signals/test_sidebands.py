@@ -46,6 +46,11 @@ def test_sound_sweeps_hum_and_drift_have_none(synthetic, clean_runs):
     assert find_sidebands([changed(synthetic, 9, lambda t: 1 + 0.01 * t / t[-1])], CHANNELS, {}) is None
     # What is left of each step's transient dies within it.
     assert find_sidebands([changed(synthetic, 11, lambda t: 1 + 0.2 * np.exp(-3.0 * (t % 1.0)))], CHANNELS, {}) is None
+    # The noise of an instrument that is larger at low frequencies.
+    samples = synthetic.stepped_sine(12)
+    slow = np.convolve(np.random.default_rng(12).standard_normal(len(samples["acc1"])), np.exp(-np.arange(400) / 40.0))
+    coloured = {**samples, "acc1": samples["acc1"] + 0.3 * synthetic.noise["acc1"] * slow[: len(samples["acc1"])]}
+    assert find_sidebands([synthetic.run(coloured)], CHANNELS, {}) is None
     samples = synthetic.stepped_sine(10)
     t = np.arange(len(samples["acc1"])) / synthetic.rate_Hz
     hum = 10 * synthetic.noise["acc1"] * np.cos(2 * np.pi * 50.0 * t)
