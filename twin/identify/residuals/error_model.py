@@ -157,9 +157,6 @@ class Covariances:
     by_amplitude : ndarray, (s, o)
         D log response / d log amplitude of the reference channel, by which the joint's law goes: its noise is in the
         prediction, too.
-    by_harmonics : ndarray, (s, o)
-        The same by the logarithm of what the openings' harmonics add to the fundamentals' stiffness, which the law's
-        time form foretells as well as the third harmonic.
     reference : int
         Number of that channel.
     ratio : ndarray, (s, o)
@@ -171,7 +168,6 @@ class Covariances:
     steps: StepArrays
     by_stiffness: Array
     by_amplitude: Array
-    by_harmonics: Array
     reference: int
     ratio: Array
 
@@ -212,7 +208,6 @@ class Covariances:
         by_growth = 2 * self.by_stiffness.sum(axis=2, keepdims=True) / steps.omega[:, None, None]
         force = steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2
         shared = _outer(self.by_stiffness, errors.stiffness) + force[:, None, None]
-        shared = shared + _outer(self.by_harmonics[:, :, None], LIMITS.share_error[0])
         shared = shared + _outer(by_growth * steps.growth_std[:, None, None], np.sqrt(2.0))  # of each of its two parts
         covariance = noise + _real(shared + errors.ratio**2 * np.eye(outputs)) / 2
         turn = _real(self.ratio[:, :, None] * np.eye(outputs))

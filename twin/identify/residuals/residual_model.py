@@ -189,27 +189,23 @@ class ResidualModel(ForwardModel):
             runs.append(by_stiffness(self._broadband_change(data, baseline, R, omega)))
         steps = self.evidence.steps
         outputs = steps.response.shape[1]
-        stiffness, (amplitude, harmonics, ratio) = np.zeros((0, outputs, 1)), np.zeros((3, 0, outputs))
+        stiffness, amplitude, ratio = np.zeros((0, outputs, 1)), np.zeros((0, outputs)), np.zeros((0, outputs))
         if state is not None:
             R, omega, balance = state
             stiffness = by_stiffness(self._step_changes(baseline, R, omega, balance)[0])
-            amplitude, harmonics = self._by_amplitude_and_harmonics(baseline, R, omega, balance)
+            amplitude = self._by_amplitude(baseline, R, omega, balance)
             ratio = self._measured_over_predicted(R, omega)
         return Covariances(
-            self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, harmonics, self.evidence.reference, ratio
+            self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, self.evidence.reference, ratio
         )
 
-    def _by_amplitude_and_harmonics(
-        self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance
-    ) -> tuple[Array, Array]:
-        """D log response (s, o) / d log amplitude of the reference channel, and / d log of what harmonics add."""
+    def _by_amplitude(self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance) -> Array:
+        """D log response (s, o) / d log amplitude of the reference channel: through the law and the local forces."""
         motion, influence = self._port_motion(R, omega)
-        p, more = len(self.points), balance.more[:, : len(self.points), None]
-        moved = np.concatenate([np.ones((*motion.shape, 1)), influence.motion[:, :, :p] @ more], axis=2)
-        response = influence.response[:, :, :p] @ more
-        response = np.concatenate([np.zeros_like(response), response], axis=2)
-        followed = self.local.follow(baseline.laws, np.abs(motion), omega, influence, moved, response, balance.added)
-        return followed[1][:, :, 0], followed[1][:, :, 1]
+        ones = np.ones((*motion.shape, 1), complex)
+        still = np.zeros((len(motion), len(self.evidence.channels), 1), complex)
+        followed = self.local.follow(baseline.laws, np.abs(motion), omega, influence, ones, still, balance.added)
+        return followed[1][:, :, 0]
 
     def linearisation(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Linearisation:
         """What a fit that begins at these unknowns may hold; without sensitivities, what residuals at these need."""

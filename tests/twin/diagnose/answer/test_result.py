@@ -25,7 +25,7 @@ def test_what_data_cannot_tell_apart_is_said_in_words():
 
 
 def test_the_set_the_limits_and_the_model_error_are_as_the_contract_has_them():
-    errors = SOUND.with_value("steps", "stiffness", 4.2e-7)
+    errors = replace(SOUND, steps=replace(SOUND.steps, stiffness=4.2e-7))
     found = Diagnosis(
         verdict="none", misfit=Misfit(chi2_per_dof=0.9, after=0.9, threshold=2.0, where=()), causes=(), gain=None,
         next_test=None, seconds=1.0, evidence=None, search=SimpleNamespace(model=SimpleNamespace(errors=errors)),

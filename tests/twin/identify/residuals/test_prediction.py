@@ -14,7 +14,6 @@ from twin.identify.nonlinear import local_forces
 from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.residuals.error_model import SOUND
 from twin.identify.residuals.harmonics import harmonic_residuals
-from twin.identify.residuals.linearisation import with_more
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.rigs import load_rig
 from twin.structure import layer_points
@@ -370,22 +369,3 @@ def test_without_the_inner_receptances_the_residual_is_the_same(evidence, baseli
     with_them, without = (residual_model.evaluate(baseline, sensitivities=s) for s in (True, False))
     np.testing.assert_allclose(without.residual, with_them.residual, rtol=1e-8, atol=1e-8)
     assert not without.jacobian.any()
-
-
-def test_the_error_of_what_harmonics_add_moves_the_responses_as_a_little_more_of_it_does(
-    evidence, baseline, monkeypatch
-):
-    monkeypatch.setattr(forward_model, "HARMONIC_TURNS", 6)
-    model, share = ResidualModel(evidence), 1e-4
-    found = model.step_receptance(baseline)[2]
-    more = found.more[:, : len(model.points)]
-    assert np.any(more)
-
-    def log_response(balance):
-        R, omega, _ = model.step_receptance(baseline, inner=False, held=balance)
-        return np.log(model.responses(R, omega))
-
-    ahead, behind = (log_response(with_more(found, sign * share * more)) for sign in (1, -1))
-    numeric = (ahead - behind) / (2 * share)
-    analytic = model.covariances(baseline).by_harmonics
-    np.testing.assert_allclose(analytic, numeric, atol=2e-3 * np.abs(numeric).max())
