@@ -117,8 +117,10 @@ def _powers(run: Run, stretch: Stretch, channel: str, line: Line | None) -> Arra
     seen = np.isfinite(power)
     if not seen.any():
         return None
-    # The noise about each: that of some instruments grows towards low frequencies.
+    # The noise about each, where it is larger than elsewhere: that of some instruments grows towards low frequencies.
     away = nearest * np.arange(1.0, 3.5, 0.5)
-    noise = np.full(len(power), np.nan)
-    noise[seen] = np.nanmedian(both_sides(offsets[seen, None] + np.append(-away, away)), axis=1) / LIMITS.median_of_two
+    noise = np.full(len(power), np.nanmedian(power))
+    around = np.nanmedian(both_sides(offsets[seen, None] + np.append(-away, away)), axis=1)
+    noise[seen] = np.fmax(noise[seen], around)
+    noise /= LIMITS.median_of_two
     return np.asarray(power / np.maximum(noise, np.finfo(float).tiny))
