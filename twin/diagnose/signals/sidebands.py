@@ -114,13 +114,13 @@ def _powers(run: Run, stretch: Stretch, channel: str, line: Line | None) -> Arra
         return np.where((offsets < nearest) | (offsets > drive - nearest), np.nan, power)
 
     power = both_sides(offsets)
-    seen = np.isfinite(power)
-    if not seen.any():
+    if not np.isfinite(power).any():
         return None
     # The noise about each, where it is larger than elsewhere: that of some instruments grows towards low frequencies.
     away = nearest * np.arange(1.0, 3.5, 0.5)
     noise = np.full(len(power), np.nanmedian(power))
-    around = np.nanmedian(both_sides(offsets[seen, None] + np.append(-away, away)), axis=1)
-    noise[seen] = np.fmax(noise[seen], around)
+    around = both_sides(offsets[:, None] + np.append(-away, away))
+    told = np.isfinite(around).any(axis=1)
+    noise[told] = np.maximum(noise[told], np.nanmedian(around[told], axis=1))
     noise /= LIMITS.median_of_two
     return np.asarray(power / np.maximum(noise, np.finfo(float).tiny))

@@ -40,6 +40,16 @@ def test_a_subharmonic_follows_the_drive(synthetic):
     assert found.offset_Hz == pytest.approx(np.median(synthetic.frequencies_Hz) / 2)
 
 
+def test_a_slow_drive_leaves_little_room_for_lines_and_says_nothing(synthetic):
+    slow = np.linspace(9.5, 10.5, 16)
+    assert (
+        find_sidebands(
+            [synthetic.run(synthetic.stepped_sine(13, frequencies_Hz=slow, step_s=0.5), slow, step_s=0.5)], CHANNELS, {}
+        )
+        is None
+    )
+
+
 def test_sound_sweeps_hum_and_drift_have_none(synthetic, clean_runs):
     for run, noise in clean_runs:
         assert find_sidebands([noise, run], CHANNELS, {}) is None
