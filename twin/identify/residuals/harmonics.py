@@ -7,6 +7,7 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.limits import LIMITS
 from twin.identify.linear.structural_modification import update_receptance
 from twin.identify.measured_data import HARMONICS
+from twin.identify.nonlinear.balance import Balance
 from twin.identify.nonlinear.opening_harmonics import at_harmonic, balance_openings
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals, Whitening
@@ -24,7 +25,8 @@ def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParamete
     """
     steps = residual_model.evidence.steps
     orders = np.arange(2, HARMONICS + 1)
-    linear, joint, field = harmonic_fields(residual_model, baseline, orders)
+    balance = residual_model.step_receptance(baseline, inner=False)[2]
+    linear, joint, field = harmonic_fields(residual_model, baseline, balance, orders)
     measured = np.moveaxis(steps.response[:, :, orders - 1], 1, 2)
     variance = np.moveaxis(steps.response_variance[:, :, orders - 1], 1, 2)
     residual = measured - linear
@@ -39,11 +41,11 @@ def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParamete
     covariance = covariance + force_variance[:, :, None, None] * ratio[..., :, None] * np.conj(ratio)[..., None, :]
     odd = (orders % 2 == 1)[None, :, None, None]
     size = np.sum(np.abs(residual) ** 2, axis=2)
-    each = _made_by_each_point(residual_model, baseline, orders)
+    each = _made_by_each_point(residual_model, baseline, balance, orders)
     joint = np.where(np.any(each, axis=3), np.sum(each, axis=3), joint)
     direction = joint / np.maximum(np.linalg.norm(joint, axis=2, keepdims=True), 1e-300)
     anything = 100.0 * size[..., None, None] * direction[..., :, None] * np.conj(direction)[..., None, :]
-    even = _even_error(residual_model, baseline, orders, joint, size)
+    even = _even_error(residual_model, baseline, balance, orders, joint, size)
     tolerance = np.where(odd, LIMITS.signature_error**2 * size[..., None, None], even[..., None, None]) * np.eye(
         outputs
     )
@@ -56,7 +58,12 @@ def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParamete
 
 
 def harmonic_fields(
-    residual_model: ResidualModel, baseline: BaselineParameters, orders: Array, *, stretch: float = 1.0
+    residual_model: ResidualModel,
+    baseline: BaselineParameters,
+    balance: Balance,
+    orders: Array,
+    *,
+    stretch: float = 1.0,
 ) -> tuple[Array, Array, Array]:
     """Responses at multiples of the drive frequency, all frequencies times `stretch`.
 
@@ -72,7 +79,6 @@ def harmonic_fields(
     steps, model, points = residual_model.evidence.steps, residual_model.step_model, residual_model.points
     time = residual_model.step_times
     first = stretch * residual_model.clock(steps.omega, time)
-    balance = residual_model.step_receptance(baseline, inner=False)[2]
     at = residual_model.moving[: 2 * len(points)]
     springs = balance.stiffness[:, : 2 * len(points)]
     opening = balance.motion[:, : len(points)]
@@ -101,12 +107,13 @@ def harmonic_fields(
     return np.stack(linear, axis=1), np.stack(joint, axis=1), np.stack(field, axis=1)
 
 
-def _made_by_each_point(residual_model: ResidualModel, baseline: BaselineParameters, orders: Array) -> Array:
+def _made_by_each_point(
+    residual_model: ResidualModel, baseline: BaselineParameters, balance: Balance, orders: Array
+) -> Array:
     """Odd harmonics (s, h, o, p) of the law's time form at each point of the layers; zero where it has none.
 
     High ones are made where the layer opens most, and are shared out otherwise than the softening is.
     """
-    balance = residual_model.step_receptance(baseline, inner=False)[2]
     around = [residual_model.at_harmonic(h, baseline, balance) for h in residual_model.orders]
     openings = residual_model.openings(baseline, balance, around)
     force = balance_openings(baseline.laws, openings, residual_model.slaps).force
@@ -118,7 +125,12 @@ def _made_by_each_point(residual_model: ResidualModel, baseline: BaselineParamet
 
 
 def _even_error(
-    residual_model: ResidualModel, baseline: BaselineParameters, orders: Array, joint: Array, size: Array
+    residual_model: ResidualModel,
+    baseline: BaselineParameters,
+    balance: Balance,
+    orders: Array,
+    joint: Array,
+    size: Array,
 ) -> Array:
     """Variance (s, h) of any model of the even harmonics.
 
@@ -127,7 +139,7 @@ def _even_error(
     """
     if not len(residual_model.points):  # no joint could have made them
         return np.asarray(LIMITS.even_error**2 * size)
-    beside = harmonic_fields(residual_model, baseline, orders, stretch=1 + LIMITS.resonance_error)[1]
+    beside = harmonic_fields(residual_model, baseline, balance, orders, stretch=1 + LIMITS.resonance_error)[1]
     gain, gain_beside = (np.sum(np.abs(values) ** 2, axis=2) for values in (joint, beside))
     likely = np.maximum(size, size[:, :1] / gain[:, :1] * np.maximum(gain, gain_beside))
     detuned = np.sum(np.abs(beside - joint) ** 2, axis=2) / np.minimum(gain, gain_beside)
