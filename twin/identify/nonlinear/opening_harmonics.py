@@ -28,7 +28,7 @@ from scipy.integrate import cumulative_trapezoid
 from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import Opening
-from twin.identify.nonlinear.joint_law import LayerLaw, spline_basis
+from twin.identify.nonlinear.joint_law import LayerLaw, spacing, spline_basis
 from twin.identify.nonlinear.opening_kernel import balance, by_softening, force_at, growth
 
 SAMPLES = 64
@@ -37,10 +37,10 @@ TURNS, SHORTEST = 24, 1 / 16
 """Newton steps; three to five are usual.  And the share of one that is taken though it comes no nearer."""
 GRID = 400
 """Points of a force's table."""
-WAVES, STRETCH = 3.0, 4.0
-"""Weight of a softening's second differences in its time form, with so many knots for a logarithm of opening: harmonics
-follow its slopes, so that waves of a quarter's length, which noise makes and which hardly matter to the fundamental,
-would grow from fit to fit."""
+SHORTEST_WAVE = 1.0
+"""Of a softening over the logarithm of opening, that its time form follows by half.  Harmonics follow its slopes, and
+waves of a quarter's length, which noise makes and the fundamental hardly feels, would grow from fit to fit.  A law that
+saturates keeps its harmonics to half a per cent, 4 % at its largest opening; with twice the length to 8 and 13 %."""
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(60)
 
 
@@ -343,8 +343,8 @@ def _abel(knots: bytes, run_out: float) -> tuple[Array, Array, Array]:
     B, by_log = spline_basis(at, x[:, None] * sine, run_out)
     # x sin N' is the derivative by the logarithm
     matrix = np.einsum("t,gtn->gn", WEIGHTS * np.pi / 4 * sine**3, 3 * B + by_log) * (x / 2)[:, None]
-    bend = np.diff(np.eye(matrix.shape[1]), 2, axis=0)
-    # Over the same stretch of amplitude however many knots there are.
-    waves = WAVES * ((len(at) - 1) / (STRETCH * np.log(last / at[0]))) ** 4
-    slopes = np.gradient(matrix @ np.linalg.inv(np.eye(matrix.shape[1]) + waves * bend.T @ bend), x, axis=0)
+    # Third differences, as the law's prior has them: second ones would straighten its whole course.
+    third = np.diff(np.eye(len(at)), 3, axis=0)
+    waves = (SHORTEST_WAVE / (2 * np.pi * spacing(at))) ** 6
+    slopes = np.gradient(matrix @ np.linalg.inv(np.eye(len(at)) + waves * third.T @ third), x, axis=0)
     return x, cumulative_trapezoid(slopes, x, axis=0, initial=0.0), slopes

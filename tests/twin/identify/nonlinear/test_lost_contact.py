@@ -51,7 +51,6 @@ def _true_law(law):
 def slapping(build, steel_model):
     """With the law's time form as it is: what the smoothing of a measured law's takes off is not in question."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(opening_harmonics, "WAVES", 0.0)
         patch.setattr(opening_harmonics, "GRID", 3000)
         opening_harmonics._abel.cache_clear()
         yield _slapping(build, steel_model)
