@@ -328,6 +328,9 @@ def _complex_modes(model: LinearModel, base: LinearParameters) -> tuple[Complex,
     values[order[:rigid]] = 0.0
     order = np.r_[order[rigid:], order[:rigid]]
     vectors = vectors[:, order]
+    if rigid:  # real, and of one frequency: any of them that span the same motions come, and need not be orthogonal
+        motions = vectors[:, -rigid:]
+        vectors[:, -rigid:] = np.linalg.svd(np.hstack([motions.real, motions.imag]))[0][:, :rigid]
     return values[order], inverse.T @ (vectors / np.sqrt(np.sum(vectors**2, axis=0)))
 
 
