@@ -53,5 +53,5 @@ def sound_data(runs: Sequence[Run], rig: Rig, *, preload: str | None = None, sou
     usable = [mended(run, findings) for run in runs]
     lines = foreign_lines(findings)
     evidence = gather_data(usable, rig, preload=preload, lines=lines)
-    sidebands = find_sidebands(usable, evidence.channels, lines)
+    sidebands = find_sidebands(usable, evidence.channels, lines, unsettled=evidence.unsettled)
     return SoundData(with_effects(evidence, source=source), tuple(findings), sidebands)

@@ -15,21 +15,19 @@ def high_pass(corner_Hz: float) -> Callable[[Array], Array]:
     return lambda omega: 1j * omega / (1j * omega + corner)
 
 
-def mount(compliance_s2: float, damping_ratio: float) -> Callable[[Array], Array]:
+def mount(compliance_s2: float, lag_s: float) -> Callable[[Array], Array]:
     """A transducer that rides on its mount, as the base excitation of one degree of freedom.
 
     Parameters
     ----------
     compliance_s2
         Displacement on the mount per acceleration of the base: 1 / omega_0^2 of the mounted resonance.
-    damping_ratio
-        Of that resonance.
+    lag_s
+        By which its damping delays the reading well below: 2 zeta / omega_0.
     """
-    softness = np.sqrt(compliance_s2)
 
     def factor(omega: Array) -> Array:
-        r = omega * softness
-        return np.asarray(1 / (1 - r**2 + 2j * damping_ratio * r))
+        return np.asarray(1 / (1 - compliance_s2 * omega**2 + 1j * lag_s * omega))
 
     return factor
 
@@ -50,5 +48,6 @@ def nominal_instruments(rig: Rig) -> ModelModification:
 def _factors(sensor: Transducer, *, high_passes: bool) -> list[Callable[[Array], Array]]:
     factors = [high_pass(sensor.high_pass)] if high_passes and sensor.high_pass > 0 else []
     if sensor.mounting_frequency is not None:
-        factors.append(mount((2 * np.pi * sensor.mounting_frequency) ** -2, sensor.mounting_damping))
+        omega_0 = 2 * np.pi * sensor.mounting_frequency
+        factors.append(mount(omega_0**-2, 2 * sensor.mounting_damping / omega_0))
     return factors

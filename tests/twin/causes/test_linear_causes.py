@@ -294,6 +294,18 @@ def test_mounting_resonance(compare, dense, omega, channel):
     compare("mounting-resonance", seen(dense.response(omega), channel, moved), values, channel=channel)
 
 
+def test_a_mount_is_felt_in_proportion_to_the_numbers_that_are_fitted():
+    """A score is one step of first order from no mount at all; the damping's lag went by the root of the compliance."""
+    cause, omega = CAUSES["mounting-resonance"], 2 * np.pi * np.linspace(20.0, 900.0, 40)
+    values = cause.from_reported({"frequency_Hz": 2500.0, "damping_ratio": 0.05})
+
+    def felt(share):
+        small = {name: share * value for name, value in values.items()}
+        return cause.modification(None, {"channel": "acc1"}, small).channel_factor["acc1"](omega) - 1
+
+    np.testing.assert_allclose(felt(1e-4) * 1e4, felt(1.0), rtol=0.3, atol=0)
+
+
 @pytest.mark.parametrize(("channel", "source"), [("acc1", "acc2"), ("vel", "acc1"), ("acc2", "force")])
 def test_cross_talk(compare, dense, omega, channel, source):
     """A part of the source's reading, per force, is added."""

@@ -14,7 +14,7 @@ from recordings.sweeps import Stretch, sweeps
 from twin.arrays import Array
 from twin.diagnose.signals.limits import LIMITS
 from twin.diagnose.signals.remainder import remainders
-from twin.identify.spectra.sine_fit import Line
+from twin.identify.spectra.sine_fit import Line, SteadyState
 
 MOST_STEPS, LEAST_STEPS = 48, 8
 
@@ -47,16 +47,25 @@ class Sidebands:
         )
 
 
-def find_sidebands(runs: Sequence[Run], channels: Sequence[str], lines: Mapping[str, Line]) -> Sidebands | None:
+def find_sidebands(
+    runs: Sequence[Run], channels: Sequence[str], lines: Mapping[str, Line], *, unsettled: Sequence[SteadyState] = ()
+) -> Sidebands | None:
     """Look for them in the sine steps of some channels, in which samples may be missing; None where noise will do.
 
     Parameters
     ----------
     lines
         Foreign ones by channel, such as mains hum: they keep their frequency instead.
+    unsettled
+        Steps in which the rig still rings at its own frequency, which are not looked at.
     """
+    ringing = {(state.run, state.sweep, state.index) for state in unsettled}
     stretches = [(run, stretch) for run in runs for sweep in sweeps(run) for stretch in sweep.stretches]
-    stretches = [(run, stretch) for run, stretch in stretches if stretch.step.frequency_Hz > 0]
+    stretches = [
+        (run, stretch)
+        for run, stretch in stretches
+        if stretch.step.frequency_Hz > 0 and (run.path, stretch.step.sweep, stretch.step.index) not in ringing
+    ]
     stretches = stretches[:: -(-len(stretches) // MOST_STEPS) or 1]
     best: Sidebands | None = None
     for channel in channels:

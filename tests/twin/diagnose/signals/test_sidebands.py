@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from twin.diagnose.signals import find_sidebands
-from twin.identify.spectra.sine_fit import Line
+from twin.identify.spectra.sine_fit import Line, steady_states
 
 CHANNELS = ("acc1", "acc2")
 
@@ -38,6 +38,19 @@ def test_a_subharmonic_follows_the_drive(synthetic):
     assert found is not None
     assert found.channel == "acc2"
     assert found.offset_Hz == pytest.approx(np.median(synthetic.frequencies_Hz) / 2)
+
+
+def test_a_rig_that_still_rings_at_its_own_frequency_is_unsettled_and_not_changed(synthetic):
+    """All steps of a sweep were measured too soon; what is told of them is the dwell."""
+    samples = synthetic.stepped_sine(14)
+    length = round(synthetic.rate_Hz)
+    t = np.arange(length) / synthetic.rate_Hz
+    own_Hz = np.median(synthetic.frequencies_Hz) + 0.3
+    ringing = 30 * synthetic.noise["acc1"] * np.exp(-1.5 * t) * np.cos(2 * np.pi * own_Hz * t)
+    run = synthetic.run({**samples, "acc1": samples["acc1"] + np.tile(ringing, len(synthetic.frequencies_Hz))})
+    states = steady_states(run)
+    assert find_sidebands([run], CHANNELS, {}) is not None
+    assert find_sidebands([run], CHANNELS, {}, unsettled=states) is None
 
 
 def test_a_slow_drive_leaves_little_room_for_lines_and_says_nothing(synthetic):
