@@ -249,11 +249,11 @@ def _gain(
 
 
 def _of_a_sound_rig(unseen: MeasuredData, model: FittedModel) -> NDArray[Any]:
-    """Relative errors (s o,) of the fundamentals that noise and a sound rig's model error make."""
+    """Relative errors (s o,) of the fundamentals that noise, a sound rig's model error and its shift make."""
     residual_model = ResidualModel(unseen, modification_of(unseen, model.hypotheses))
-    factor = residual_model.covariances(model.baseline).of_steps(SOUND.steps).factor
-    variance = np.sum(factor**2, axis=2)
-    return np.asarray(np.sqrt(variance.reshape(len(factor), 2, -1).sum(axis=1)).ravel())
+    made_of = residual_model.covariances(model.baseline)
+    variance = np.sum(made_of.of_steps(SOUND.steps).factor ** 2, axis=2) + np.sum(made_of.shifts()[1] ** 2, axis=2)
+    return np.asarray(np.sqrt(variance.reshape(len(variance), 2, -1).sum(axis=1)).ravel())
 
 
 def _within_amplitudes(unseen: MeasuredData, evidence: MeasuredData) -> tuple[MeasuredData, tuple[str, ...]]:

@@ -84,6 +84,8 @@ class Tolerances:
     def of(cls, columns: Array, blocks: tuple[tuple[str, slice], ...], held: Linearisation) -> Tolerances:
         """From whitened columns (r, k) of causes, and the shifts of runs and sweeps."""
         broadband, steps, rest = _unwhitened(columns, dict(blocks), held)
+        if len(held.baseline.shifts):  # unknowns of their own
+            return cls(broadband, steps, rest)
         assert held.made_of is not None
         runs, sweeps = held.made_of.shifts()
         return cls(

@@ -16,7 +16,7 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.nonlinear.balance import Added, Balance
 from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots, spacing, spline_basis
 from twin.identify.nonlinear.opening_harmonics import balance_openings
-from twin.identify.residuals.error_model import ErrorModel, continuation
+from twin.identify.residuals.error_model import ErrorModel, continuation, unshifted
 from twin.identify.residuals.frequency_model import FrequencyModel, starting_moduli
 from twin.identify.residuals.likelihood import nominal_base, residual_model, sound_errors
 from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
@@ -65,7 +65,8 @@ def law_from_steps(residual_model: ResidualModel | FrequencyModel, base: LinearP
     evidence = residual_model.evidence
     if isinstance(residual_model, FrequencyModel) or not len(evidence.steps) or not len(residual_model.points):
         nowhere = choose_knots(np.zeros(0), LIMITS.joint_law_knots)
-        return BaselineParameters(base, (LayerLaw.zero(nowhere, nowhere),) * residual_model.laws, evidence.as_modelled)
+        laws = (LayerLaw.zero(nowhere, nowhere),) * residual_model.laws
+        return BaselineParameters(base, laws, evidence.as_modelled, unshifted(evidence))
     steps, time, p = evidence.steps, residual_model.step_times, len(residual_model.points)
     omega = residual_model.clock(steps.complex_omega, time)
     free = residual_model.receptance(omega, base, time, inner=False, points=True, drive=steps.drive)
@@ -94,7 +95,7 @@ def law_from_steps(residual_model: ResidualModel | FrequencyModel, base: LinearP
     for _ in range(HARMONIC_TURNS):
         laws = _smoothed(residual_model, s - of_harmonics, loss, motion, each, found.unsettled)
         of_harmonics = _softened_by_harmonics(residual_model, BaselineParameters(base, laws), found)
-    return BaselineParameters(base, laws, evidence.as_modelled)
+    return BaselineParameters(base, laws, evidence.as_modelled, unshifted(evidence))
 
 
 def _softened_by_harmonics(residual_model: ResidualModel, baseline: BaselineParameters, found: Balance) -> Array:
@@ -147,7 +148,7 @@ def baseline_bounds(baseline: BaselineParameters, side: int) -> Array:
     softening, loss = ((-MOST_STIFFENED, 0.0), (MOST_SOFTENED, np.inf))[side]
     bounds = np.empty(len(baseline.blocks))
     bounds[: baseline.of_laws.start] = base_bounds(baseline.base.joints)[side]
-    bounds[baseline.of_shown] = (-np.inf, np.inf)[side]
+    bounds[baseline.of_shown] = bounds[baseline.of_shifts] = (-np.inf, np.inf)[side]
     for joint, (_, E) in enumerate(zip(baseline.laws, baseline.base.E, strict=False)):
         bounds[baseline.softening(joint)], bounds[baseline.loss(joint)] = softening * E, loss
     return bounds

@@ -22,11 +22,15 @@ class BaselineParameters:
     shown : ndarray, (o m,)
         Logarithms of what each response shows of each mode over what the model says; empty where nothing was measured
         so roughly that it matters.
+    shifts : ndarray, (k,)
+        How far all natural frequencies of each broadband run and of each sweep lie off, in units of
+        :data:`~twin.identify.residuals.error_model.SHIFT`; empty where there is one of these alone.
     """
 
     base: LinearParameters
     laws: tuple[LayerLaw, ...]
     shown: Array = field(default_factory=lambda: np.zeros(0))
+    shifts: Array = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def blocks(self) -> Blocks:
@@ -36,12 +40,13 @@ class BaselineParameters:
             for joint, law in enumerate(self.laws)
             for block in ((_softening(joint), len(law.softening)), (_loss(joint), len(law.loss)))
         ]
-        return self.base.blocks(self.base.joints) + Blocks((*laws, ("shown", len(self.shown))))
+        beside = ("shown", len(self.shown)), ("shifts", len(self.shifts))
+        return self.base.blocks(self.base.joints) + Blocks((*laws, *beside))
 
     @property
     def vector(self) -> Array:
         """All in one vector; the law in units of the assumed moduli is the caller's matter."""
-        return np.concatenate([self.base.vector, *(law.vector for law in self.laws), self.shown])
+        return np.concatenate([self.base.vector, *(law.vector for law in self.laws), self.shown, self.shifts])
 
     def softening(self, joint: int) -> slice:
         """Where the softening of a joint's law is in :attr:`vector`."""
@@ -61,6 +66,11 @@ class BaselineParameters:
         """Where :attr:`shown` is in :attr:`vector`."""
         return self.blocks["shown"]
 
+    @property
+    def of_shifts(self) -> slice:
+        """Where :attr:`shifts` is in :attr:`vector`."""
+        return self.blocks["shifts"]
+
     def with_vector(self, vector: Array) -> BaselineParameters:
         """Parameters of the same knots from a vector."""
         laws = (
@@ -68,7 +78,7 @@ class BaselineParameters:
             for joint, law in enumerate(self.laws)
         )
         base = LinearParameters.from_vector(vector[: self.of_laws.start])
-        return BaselineParameters(base, tuple(laws), vector[self.of_shown])
+        return BaselineParameters(base, tuple(laws), vector[self.of_shown], vector[self.of_shifts])
 
 
 def _softening(joint: int) -> str:

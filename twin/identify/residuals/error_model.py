@@ -16,7 +16,7 @@ import numpy as np
 from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import MODULI_STD
-from twin.identify.measured_data import StepArrays
+from twin.identify.measured_data import MeasuredData, StepArrays
 from twin.identify.residuals.whitening import Whitening
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.identify.spectra.sweeps import rows_by_sweep
@@ -124,6 +124,12 @@ def _log_normal(ratio: float) -> float:
 SHIFT = 6e-5
 """Standard deviation of what all natural frequencies of one run or sweep are off by, relative: half a kelvin between
 them, and a steel whose modulus falls by 2.4e-4 per kelvin."""
+
+
+def unshifted(evidence: MeasuredData) -> Array:
+    """Shifts (k,) of each broadband run and sweep to begin with; none of one alone, which no other differs from."""
+    count = len(evidence.broadband) + len(rows_by_sweep(evidence.steps.states))
+    return np.zeros(count if count > 1 else 0)
 
 
 class ErrorSources(Protocol):

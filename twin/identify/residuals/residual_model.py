@@ -63,6 +63,7 @@ class ResidualModel(ForwardModel):
         precision[: len(mean), : len(mean)] = base
         if len(baseline.shown):
             precision[baseline.of_shown, baseline.of_shown] = np.eye(len(baseline.shown)) / self.evidence.shape_error**2
+        precision[baseline.of_shifts, baseline.of_shifts] = np.eye(len(baseline.shifts))
         return np.concatenate([mean, np.zeros(len(precision) - len(mean))]), precision
 
     def law_precision(self, baseline: BaselineParameters, roughness: tuple[float, float]) -> Array:
@@ -93,15 +94,16 @@ class ResidualModel(ForwardModel):
 
     def _blocks(self, baseline: BaselineParameters, sensitivities: bool) -> list[tuple[str, tuple[Array, Array]]]:
         held = self._held or self.linearisation(baseline, sensitivities=sensitivities)
+        by_shifts = held.by_shifts(self.evidence, len(baseline.shifts))
         out = [
-            (f"broadband {i}", self._broadband(i, baseline, whitening, sensitivities))
+            (f"broadband {i}", self._broadband(i, baseline, whitening, by_shifts[0][i], sensitivities))
             for i, whitening in enumerate(held.broadband)
         ]
         if len(self.evidence.steps):
             near = self.balance_at(held, baseline)
             R, omega, balance = self.step_receptance(baseline, inner=sensitivities, held=near)
             change = self._step_changes(baseline, R, omega, balance, held) if sensitivities else None
-            out.append(("steps", self._steps(baseline, R, omega, held.steps, change)))
+            out.append(("steps", self._steps(baseline, R, omega, held.steps, by_shifts[1], change)))
             if self.harmonics is not None:
                 out.append(("harmonics", self._harmonics(baseline, R, balance, change)))
         return out
@@ -123,13 +125,13 @@ class ResidualModel(ForwardModel):
         return (self.added_by(baseline, found, openings, harmonics) - found.more)[:, : 2 * len(self.points)]
 
     def _broadband(
-        self, index: int, baseline: BaselineParameters, whitening: Whitening, sensitivities: bool
+        self, index: int, baseline: BaselineParameters, whitening: Whitening, by_shifts: Array, sensitivities: bool
     ) -> tuple[Array, Array]:
         data = self.evidence.broadband[index]
         shows = len(baseline.shown) > 0
         R, omega = self.felt_receptance(data, baseline, inner=sensitivities or shows)
         # log of the ratio: the paper's dB residual and the phase at once, and no false minima of hidden resonances.
-        log_ratio = np.log(data.H / self.responses(R, omega))
+        log_ratio = np.log(data.H / self.responses(R, omega)) - by_shifts @ baseline.shifts
         if shows:
             by_shown = self.by_shown(R, omega)
             log_ratio = log_ratio - by_shown @ baseline.shown
@@ -139,6 +141,8 @@ class ResidualModel(ForwardModel):
         if sensitivities:
             J = whitening.columns(self._broadband_change(data, baseline, R, omega))
             jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
+            J = whitening.columns(by_shifts)
+            jacobian[:, baseline.of_shifts] = root * np.vstack([J.real, J.imag])
             if shows:
                 J = whitening.columns(by_shown)
                 jacobian[:, baseline.of_shown] = root * np.vstack([J.real, J.imag])
@@ -157,16 +161,19 @@ class ResidualModel(ForwardModel):
         R: Array,
         omega: Array,
         whitening: Whitening,
+        by_shifts: Array,
         change: tuple[Array, Array] | None,
     ) -> tuple[Array, Array]:
         """Residuals of the inverse response, which is nearly linear in every stiffness, times the measured one."""
         ratio = self._measured_over_predicted(R, omega)
         r = ratio - 1
-        white = whitening(np.concatenate([r.real, r.imag], axis=1))
+        white = whitening(np.concatenate([r.real, r.imag], axis=1) - by_shifts @ baseline.shifts)
         if change is None:
             return white, np.zeros((len(white), len(baseline.vector)))
         J = ratio[:, :, None] * change[0]
-        return white, whitening.columns(np.concatenate([J.real, J.imag], axis=1))
+        columns = np.concatenate([J.real, J.imag], axis=1)
+        columns[:, :, baseline.of_shifts] = by_shifts
+        return white, whitening.columns(columns)
 
     def _measured_over_predicted(self, R: Array, omega: Array) -> Array:
         steps = self.evidence.steps
