@@ -249,10 +249,15 @@ def _gain(
 
 
 def _of_a_sound_rig(unseen: MeasuredData, model: FittedModel) -> NDArray[Any]:
-    """Relative errors (s o,) of the fundamentals that noise, a sound rig's model error and its shift make."""
+    """Relative errors (s o,) of the fundamentals that noise, a sound rig's model error and a shift make.
+
+    The shift is as large as those of the runs and sweeps that were learnt from.
+    """
     residual_model = ResidualModel(unseen, modification_of(unseen, model.hypotheses))
     made_of = residual_model.covariances(model.baseline)
-    variance = np.sum(made_of.of_steps(SOUND.steps).factor ** 2, axis=2) + np.sum(made_of.shifts()[1] ** 2, axis=2)
+    shifts = model.baseline.shifts
+    by_shift = (rms(shifts) if len(shifts) else 0.0) * made_of.shifts()[1]
+    variance = np.sum(made_of.of_steps(SOUND.steps).factor ** 2, axis=2) + np.sum(by_shift**2, axis=2)
     return np.asarray(np.sqrt(variance.reshape(len(variance), 2, -1).sum(axis=1)).ravel())
 
 

@@ -7,8 +7,9 @@ where it is largest, with what sound rigs need as its prior (type-II maximum lik
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -36,7 +37,7 @@ KINDS = tuple((kind, name) for kind in ("broadband", "steps") for name in ("stif
 
 @dataclass(frozen=True)
 class _Linearised:
-    """Residuals with their sensitivities, not whitened: (f, k, 1 + n), the residuals first.
+    """Residuals with their sensitivities, not whitened: (..., k, 1 + n), the residuals first.
 
     A complex number counts as two.
     """
@@ -46,7 +47,7 @@ class _Linearised:
     @cached_property
     def _felt(self) -> tuple[Array, Array]:
         """Columns that are not zero, as broadband runs' are for all of the joints' laws; and which."""
-        felt = np.flatnonzero(np.any(self.columns != 0, axis=(0, 1)))
+        felt = np.flatnonzero(np.any(self.columns != 0, axis=tuple(range(self.columns.ndim - 1))))
         return np.ascontiguousarray(self.columns[..., felt]), felt
 
     def gram(self, whitening: Whitening) -> Array:
@@ -54,7 +55,7 @@ class _Linearised:
         columns, felt = self._felt
         white = whitening.columns(columns)
         both = np.vstack([white.real, white.imag]) if np.iscomplexobj(white) else white
-        found = np.zeros((self.columns.shape[2],) * 2)
+        found = np.zeros((self.columns.shape[-1],) * 2)
         found[np.ix_(felt, felt)] = (2 if both is not white else 1) * (both.T @ both)
         return found
 
@@ -72,51 +73,56 @@ class Tolerances:
     broadband : tuple of ndarray, (b, o, k)
     steps : ndarray, (s, 2 o, k)
         Not whitened.
-    rest : ndarray, (r, k)
-        Of the harmonics, whitened.
+    harmonics : ndarray, (s, h, o, k)
     """
 
     broadband: tuple[Array, ...]
     steps: Array
-    rest: Array
+    harmonics: Array
 
     @classmethod
     def of(cls, columns: Array, blocks: tuple[tuple[str, slice], ...], held: Linearisation) -> Tolerances:
         """From whitened columns (r, k) of causes, and the shifts of runs and sweeps."""
-        broadband, steps, rest = _unwhitened(columns, dict(blocks), held)
+        broadband, steps, harmonics = _unwhitened(columns, dict(blocks), held)
         if len(held.baseline.shifts):  # unknowns of their own
-            return cls(broadband, steps, rest)
+            return cls(broadband, steps, harmonics)
         assert held.made_of is not None
         runs, sweeps = held.made_of.shifts()
         return cls(
             tuple(np.dstack(pair) for pair in zip(broadband, runs, strict=True)),
             np.dstack([steps, sweeps]) if len(sweeps) else np.zeros((0, 0, steps.shape[-1] + sweeps.shape[2])),
-            np.hstack([rest, np.zeros((len(rest), sweeps.shape[2]))]),
+            np.concatenate([harmonics, np.zeros((*harmonics.shape[:-1], sweeps.shape[2]))], axis=-1),
         )
 
     def whitened(self, blocks: tuple[tuple[str, slice], ...], held: Linearisation) -> Array:
         """The directions as columns (r, k) of a whitened residual."""
         where = dict(blocks)
-        columns = np.zeros((max(part.stop for part in where.values()), self.rest.shape[1]))
+        columns = np.zeros((max(part.stop for part in where.values()), self.harmonics.shape[-1]))
         for number, (whitening, run) in enumerate(zip(held.broadband, self.broadband, strict=True)):
             white = np.sqrt(2) * whitening.columns(run)
             columns[where[f"broadband {number}"]] = np.vstack([white.real, white.imag])
         if "steps" in where:
             columns[where["steps"]] = held.steps.columns(self.steps)
         if "harmonics" in where:
-            columns[where["harmonics"]] = self.rest
+            assert held.harmonics is not None
+            white = np.sqrt(2) * held.harmonics.columns(self.harmonics)
+            columns[where["harmonics"]] = np.vstack([white.real, white.imag])
         return columns
 
 
 def _unwhitened(rows: Array, blocks: dict[str, slice], held: Linearisation) -> tuple[tuple[Array, ...], Array, Array]:
-    """Columns of rows (r, k) of a whitened residual: of broadband runs, of steps, and the whitened rest."""
-    broadband = []
-    for number, whitening in enumerate(held.broadband):
-        real, imaginary = np.split(rows[blocks[f"broadband {number}"]], 2)
-        broadband.append(whitening.undone((real + 1j * imaginary) / np.sqrt(2)))
-    steps = rows[blocks["steps"]] if "steps" in blocks else rows[:0]
-    rest = rows[blocks["harmonics"]] if "harmonics" in blocks else rows[:0]
-    return tuple(broadband), held.steps.undone(steps), rest
+    """Columns of rows (r, k) of a whitened residual: of broadband runs, of steps, and of harmonics."""
+
+    def complex_ones(name: str, whitening: Whitening) -> Array:
+        real, imaginary = np.split(rows[blocks[name]], 2)
+        return whitening.undone((real + 1j * imaginary) / np.sqrt(2))
+
+    broadband = tuple(complex_ones(f"broadband {number}", white) for number, white in enumerate(held.broadband))
+    steps = held.steps.undone(rows[blocks["steps"]] if "steps" in blocks else rows[:0])
+    if "harmonics" not in blocks:
+        return broadband, steps, np.zeros((0, 0, 0, rows.shape[1]), complex)
+    assert held.harmonics is not None
+    return broadband, steps, complex_ones("harmonics", held.harmonics)
 
 
 class _Marginal:
@@ -129,17 +135,17 @@ class _Marginal:
         assert problem.held.made_of is not None
         self._made_of: ErrorSources = problem.held.made_of
         rows = np.column_stack([residual, jacobian])
-        broadband, steps, rest = _unwhitened(rows, dict(problem.blocks), problem.held)
+        broadband, steps, harmonics = _unwhitened(rows, dict(problem.blocks), problem.held)
         if tolerances is None:
             none = np.zeros((len(residual), 0))
             tolerances = Tolerances.of(none, problem.blocks, problem.held)
-        count = tolerances.rest.shape[1]
+        count = tolerances.harmonics.shape[-1]
         broadband = tuple(np.dstack(pair) for pair in zip(broadband, tolerances.broadband, strict=True))
         if len(steps):
             steps = np.dstack([steps, tolerances.steps])
-        rest = np.hstack([rest, tolerances.rest])
+        harmonics = np.concatenate([harmonics, tolerances.harmonics], axis=-1)
         self._broadband, self._steps = [_Linearised(columns) for columns in broadband], _Linearised(steps)
-        self._rest = rest.T @ rest
+        self._harmonics = _Linearised(harmonics)
         self._away = np.append(x - problem.mean, np.zeros(count))
         self._problem = problem
         self._precision = block_diag(problem.precision, np.eye(count))
@@ -154,10 +160,14 @@ class _Marginal:
         """Products of one kind of data, and the log determinant of its covariance."""
         key = (kind, getattr(errors, kind))
         if key not in self._known:
-            gram, determinant = np.zeros_like(self._rest), 0.0
+            gram, determinant = np.zeros((1 + len(self._away),) * 2), 0.0
             if kind == "steps" and len(self._steps.columns):
                 whitening = self._made_of.of_steps(errors.steps)
                 gram, determinant = self._steps.gram(whitening), whitening.log_determinant()
+            elif kind == "harmonics" and len(self._harmonics.columns):
+                assert self._problem.harmonics is not None
+                whitening = self._problem.harmonics.whitening(errors.harmonics)
+                gram, determinant = self._harmonics.gram(whitening), 2 * whitening.log_determinant()
             elif kind == "broadband":
                 for block, whitening in zip(self._broadband, self._made_of.of_broadband(errors.broadband), strict=True):
                     gram, determinant = gram + block.gram(whitening), determinant + 2 * whitening.log_determinant()
@@ -165,8 +175,9 @@ class _Marginal:
         return self._known[key]
 
     def __call__(self, errors: ErrorModel) -> float:
-        grams, determinants = zip(*(self._block(kind, errors) for kind in ("broadband", "steps")), strict=True)
-        gram, precision = self._rest + sum(grams), self._precision.copy()
+        kinds = ("broadband", "steps", "harmonics")
+        grams, determinants = zip(*(self._block(kind, errors) for kind in kinds), strict=True)
+        gram, precision = np.sum(grams, axis=0), self._precision.copy()
         laws = self._problem.rougher(errors.roughness)
         precision[: len(laws), : len(laws)] += laws
         A = gram[1:, 1:] + precision
@@ -257,28 +268,50 @@ def infer_errors(problem: FitProblem, tolerances: Tolerances | None, *, free: bo
     def value(trial: ErrorModel) -> float:
         return marginal(trial) + log_prior(trial, usual, free=free)
 
-    for curve in range(len(errors.roughness)):
+    reached = value(errors)
+    for _ in range(LIMITS.model_evidence_rounds):  # what one error leaves the others have to make up for
+        if problem.harmonics is not None:
+            errors = _likeliest_along(value, partial(_with_shares, errors), LIMITS.model_evidence_shares)
+        for curve in range(len(errors.roughness)):
+            errors = _likeliest_along(value, partial(_with_roughness, errors, curve), LIMITS.model_evidence_roughness)
+        for kind in ("broadband", "steps"):
+            errors = _likeliest_sizes(value, errors, kind, getattr(usual, kind))
+        before, reached = reached, value(errors)
+        if reached - before < LIMITS.model_evidence_gain:
+            break
+    return errors, reached
 
-        def by_roughness(log_size: float, curve: int = curve, errors: ErrorModel = errors) -> float:
-            return -value(_with_roughness(errors, curve, log_size))
 
-        found = minimize_scalar(
-            by_roughness, bounds=LIMITS.model_evidence_roughness, method="bounded", options={"xatol": 0.2}
-        )
-        errors = _with_roughness(errors, curve, found.x)
-    for kind in ("broadband", "steps"):
-        sound = getattr(usual, kind)
+def _likeliest_along(
+    value: Callable[[ErrorModel], float], changed: Callable[[float], ErrorModel], bounds: tuple[float, float]
+) -> ErrorModel:
+    """The likeliest of the errors with one of them changed by a factor, whose logarithm is within bounds."""
+    found = minimize_scalar(
+        lambda log_size: -value(changed(log_size)), bounds=bounds, method="bounded", options={"xatol": 0.1}
+    )
+    return changed(found.x)
 
-        def cost(log_sizes: Array, kind: str = kind, errors: ErrorModel = errors) -> float:
-            return -value(_with_sizes(errors, kind, log_sizes))
 
-        # Errors of stiffness and of ratios can stand for each other: two maxima, of which a climb finds either.
-        own = np.log([sound.stiffness, sound.ratio])
-        grid = [own + np.log([a, b]) for a in GRID for b in GRID]
-        best = min(grid, key=cost)
-        found = minimize(cost, best, method="Nelder-Mead", options={"xatol": 0.2, "fatol": 0.3, "maxfev": 30})
-        errors = _with_sizes(errors, kind, found.x)
-    return errors, value(errors)
+def _likeliest_sizes(
+    value: Callable[[ErrorModel], float], errors: ErrorModel, kind: str, sound: Discrepancy
+) -> ErrorModel:
+    """The likeliest of the errors with other ones of stiffness and of ratios in one kind of data.
+
+    They can stand for each other: two maxima, of which a climb finds either.
+    """
+
+    def cost(log_sizes: Array) -> float:
+        return -value(_with_sizes(errors, kind, log_sizes))
+
+    usual, own = np.log([sound.stiffness, sound.ratio]), getattr(errors, kind)
+    grid = [usual + np.log([a, b]) for a in GRID for b in GRID]
+    best = min([*grid, np.log([own.stiffness, own.ratio])], key=cost)
+    found = minimize(cost, best, method="Nelder-Mead", options={"xatol": 0.2, "fatol": 0.3, "maxfev": 30})
+    return _with_sizes(errors, kind, found.x)
+
+
+def _with_shares(errors: ErrorModel, log_size: float) -> ErrorModel:
+    return replace(errors, harmonics=SOUND.harmonics * float(np.exp(log_size)))
 
 
 def _with_roughness(errors: ErrorModel, curve: int, log_size: float) -> ErrorModel:
@@ -335,8 +368,8 @@ def fit_with_errors(
 
 
 def _sizes(errors: ErrorModel) -> Array:
-    """Those of each kind of data (4,)."""
-    return np.array([getattr(getattr(errors, kind), name) for kind, name in KINDS])
+    """Those of each kind of data (5,)."""
+    return np.array([*(getattr(getattr(errors, kind), name) for kind, name in KINDS), errors.harmonics])
 
 
 def _distance(one: ErrorModel, two: ErrorModel, least: Array | float) -> float:

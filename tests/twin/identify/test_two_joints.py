@@ -216,7 +216,7 @@ def test_odd_harmonics_may_be_shared_out_among_the_joints_otherwise_than_foretol
         response[:, :, np.array(model.orders) - 1] = np.moveaxis(np.sum((1 + times * error) * each, axis=3), 1, 2)
         seen = replace(model.evidence, steps=replace(model.evidence.steps, response=response))
         harmonics = harmonic_residuals(ResidualModel(seen), baseline)
-        return np.mean(harmonics.whiten(harmonics.residual) ** 2)
+        return np.mean(harmonics.whiten(harmonics.residual, harmonics.whitening(1.0)) ** 2)
 
     assert misfit(1.0) < 1.0
     assert misfit(10.0) > 10 * misfit(1.0)

@@ -10,7 +10,7 @@ from twin.identify.measured_data import HARMONICS
 from twin.identify.nonlinear.balance import Balance
 from twin.identify.nonlinear.opening_harmonics import at_harmonic, balance_openings
 from twin.identify.residuals.residual_model import ResidualModel
-from twin.identify.residuals.whitening import HarmonicResiduals, Whitening
+from twin.identify.residuals.whitening import HarmonicResiduals
 
 
 def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParameters) -> HarmonicResiduals:
@@ -52,9 +52,9 @@ def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParamete
     # Where the points' shares make up for each other, as at an antiresonance, their errors do not.
     error = np.zeros(len(orders))
     error[np.isin(orders, LIMITS.odd_harmonics)] = LIMITS.share_error
-    shared_out = error[:, None, None] * each
-    covariance = covariance + odd * anything + tolerance + shared_out @ np.conj(np.swapaxes(shared_out, 2, 3))
-    return HarmonicResiduals(orders, residual, Whitening.of(covariance), field, residual_model.model.structure)
+    shares = error[:, None, None] * each
+    covariance = covariance + odd * anything + tolerance
+    return HarmonicResiduals(orders, residual, covariance, shares, field, residual_model.model.structure)
 
 
 def harmonic_fields(

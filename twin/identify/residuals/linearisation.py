@@ -58,6 +58,8 @@ class Linearisation:
         What the covariances came from; none where they were given.
     by_causes : ndarray, (s, 2 p, k), or None
         Derivative by each of the causes' parameters of what the harmonics add at the points.
+    harmonics : Whitening, (s, h, o, o), or None
+        Of the higher harmonics, where these are data, too.
     """
 
     broadband: tuple[Whitening, ...]
@@ -68,6 +70,7 @@ class Linearisation:
     by_unknowns: Array | None
     made_of: ErrorSources | None = None
     by_causes: Array | None = None
+    harmonics: Whitening | None = None
 
     def moved(self, change: Array) -> Linearisation:
         """The same where the causes' parameters are others by `change` (k,), to first order."""

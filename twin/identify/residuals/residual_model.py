@@ -94,18 +94,19 @@ class ResidualModel(ForwardModel):
 
     def _blocks(self, baseline: BaselineParameters, sensitivities: bool) -> list[tuple[str, tuple[Array, Array]]]:
         held = self._held or self.linearisation(baseline, sensitivities=sensitivities)
-        by_shifts = held.by_shifts(self.evidence, len(baseline.shifts))
+        of_runs, of_steps = held.by_shifts(self.evidence, len(baseline.shifts))
         out = [
-            (f"broadband {i}", self._broadband(i, baseline, whitening, by_shifts[0][i], sensitivities))
-            for i, whitening in enumerate(held.broadband)
+            (f"broadband {i}", self._broadband(i, baseline, *each, sensitivities))
+            for i, each in enumerate(zip(held.broadband, of_runs, strict=True))
         ]
         if len(self.evidence.steps):
             near = self.balance_at(held, baseline)
             R, omega, balance = self.step_receptance(baseline, inner=sensitivities, held=near)
             change = self._step_changes(baseline, R, omega, balance, held) if sensitivities else None
-            out.append(("steps", self._steps(baseline, R, omega, held.steps, by_shifts[1], change)))
+            out.append(("steps", self._steps(baseline, R, omega, held.steps, of_steps, change)))
             if self.harmonics is not None:
-                out.append(("harmonics", self._harmonics(baseline, R, balance, change)))
+                whitening = held.harmonics or self.harmonics.whitening(self.errors.harmonics)
+                out.append(("harmonics", self._harmonics(baseline, R, balance, whitening, change)))
         return out
 
     def balance_at(self, held: Linearisation, baseline: BaselineParameters) -> Balance:
@@ -156,14 +157,9 @@ class ResidualModel(ForwardModel):
         return np.asarray(self.measured_change(change, omega) / self.responses(R, omega)[:, :, None])
 
     def _steps(
-        self,
-        baseline: BaselineParameters,
-        R: Array,
-        omega: Array,
-        whitening: Whitening,
-        by_shifts: Array,
+        self, baseline: BaselineParameters, R: Array, omega: Array, whitening: Whitening, by_shifts: Array,
         change: tuple[Array, Array] | None,
-    ) -> tuple[Array, Array]:
+    ) -> tuple[Array, Array]:  # fmt: skip
         """Residuals of the inverse response, which is nearly linear in every stiffness, times the measured one."""
         ratio = self._measured_over_predicted(R, omega)
         r = ratio - 1
@@ -221,9 +217,10 @@ class ResidualModel(ForwardModel):
         white = made_of.of_broadband(self.errors.broadband), made_of.of_steps(self.errors.steps)
         if state is None:
             return Linearisation(*white, None, None, baseline, None, made_of)
+        harmonics = self.harmonics.whitening(self.errors.harmonics) if self.harmonics else None
         found = state[2]
         by_unknowns, lost = self._harmonics_by_unknowns(baseline, found) if sensitivities else (None, None)
-        return Linearisation(*white, found, lost, baseline, by_unknowns, made_of)
+        return Linearisation(*white, found, lost, baseline, by_unknowns, made_of, harmonics=harmonics)
 
     def _harmonics_by_unknowns(
         self, baseline: BaselineParameters, found: Balance
@@ -317,8 +314,9 @@ class ResidualModel(ForwardModel):
         return -np.asarray(np.einsum("shop,shp->sho", read[:, own], even))
 
     def _harmonics(
-        self, baseline: BaselineParameters, R: Array, balance: Balance, change: tuple[Array, Array] | None
-    ) -> tuple[Array, Array]:
+        self, baseline: BaselineParameters, R: Array, balance: Balance, whitening: Whitening,
+        change: tuple[Array, Array] | None,
+    ) -> tuple[Array, Array]:  # fmt: skip
         """Whitened harmonics less what the extension's own forces make.
 
         The base family decides little of what lost contact does, and its sensitivities to that are left out.
@@ -331,11 +329,11 @@ class ResidualModel(ForwardModel):
             forced = self._forced(R)
             forces = self.local.harmonics(*forced)
             residual = residual - self._by_local_forces(forces[..., None])[..., 0]
-        r = self.harmonics.whiten(residual)
+        r = self.harmonics.whiten(residual, whitening)
         if change is None or forces is None:
             return r, np.zeros((len(r), len(baseline.vector)))
         changes = self.local.harmonic_changes(forces, *forced, change[1][:, 2 * len(self.points) :])
-        return r, self.harmonics.whiten(self._by_local_forces(changes))
+        return r, self.harmonics.whiten(self._by_local_forces(changes), whitening)
 
     def _by_local_forces(self, forces: Array) -> Array:
         """Harmonics (s, h, o, u) of the outputs by harmonics (s, n, h, u) of the nonlinear forces."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -39,7 +40,7 @@ class Whitening:
 
     def columns(self, values: Array) -> Array:
         """Whitened values (g k, c) of (..., k, c)."""
-        return np.asarray(self.inverse @ values).reshape(-1, values.shape[-1])
+        return np.asarray(self.inverse @ values).reshape(math.prod(values.shape[:-1]), values.shape[-1])
 
     def undone(self, white: Array) -> Array:
         """Values (..., k, c) of whitened ones (g k, c)."""
@@ -58,9 +59,11 @@ class HarmonicResiduals:
     ----------
     orders : ndarray, (h,)
     residual : ndarray, (s, h, o)
-    whitening : Whitening, (s, h, o, o)
-        Of their covariance: noise, the error of the linear part, and, in odd harmonics, anything at all in the
+    covariance : ndarray, (s, h, o, o)
+        Theirs, without the shares: noise, the error of the linear part, and, in odd harmonics, anything at all in the
         direction of the joint's own signature, since the time form of the joint's law is not known beforehand.
+    shares : ndarray, (s, h, o, p)
+        What each point of the layers makes of it, times its usual error.
     field : ndarray, (s, h, o, n)
         Response of the outputs to unit forces on all degrees of freedom of `structure`.
     structure : Structure
@@ -69,17 +72,24 @@ class HarmonicResiduals:
 
     orders: Array
     residual: Array
-    whitening: Whitening
+    covariance: Array
+    shares: Array
     field: Array
     structure: Structure
 
     def select(self, keep: Array) -> HarmonicResiduals:
         """The steps where `keep` is true."""
         return replace(
-            self, residual=self.residual[keep], whitening=Whitening(self.whitening.factor[keep]), field=self.field[keep]
-        )
+            self, residual=self.residual[keep], covariance=self.covariance[keep], shares=self.shares[keep],
+            field=self.field[keep],
+        )  # fmt: skip
 
-    def whiten(self, values: Array) -> Array:
+    def whitening(self, share_error: float) -> Whitening:
+        """With errors of the shares that are so many times the usual ones."""
+        shares = share_error * self.shares
+        return Whitening.of(self.covariance + shares @ np.conj(np.swapaxes(shares, 2, 3)))
+
+    def whiten(self, values: Array, whitening: Whitening) -> Array:
         """Real whitened values (r,) of complex ones (s, h, o), or (r, u) of (s, h, o, u)."""
-        white = self.whitening.columns(values) if values.ndim == 4 else self.whitening(values)
+        white = whitening.columns(values) if values.ndim == 4 else whitening(values)
         return np.sqrt(2.0) * np.concatenate([white.real, white.imag])

@@ -50,7 +50,8 @@ def residual_table(diagnosis: Diagnosis) -> dict[tuple[str, int, str], tuple[flo
 def _harmonic_sizes(evidence: MeasuredData, model: FittedModel, harmonics: HarmonicResiduals) -> Array:
     """Whitened residuals (s, h, o) of the higher harmonics."""
     left = harmonics.residual - predicted_harmonics(evidence, model, harmonics)
-    real, imaginary = harmonics.whiten(left).reshape(2, *left.shape)
+    white = harmonics.whiten(left, harmonics.whitening(model.errors.harmonics))
+    real, imaginary = white.reshape(2, *left.shape)
     return np.asarray(np.sqrt((real**2 + imaginary**2) / 2))
 
 

@@ -345,7 +345,7 @@ def test_a_harmonic_that_was_not_measured_says_nothing(ringing, baseline):
     blind = replace(evidence, steps=replace(evidence.steps, response_variance=variance))
     harmonics = harmonic_residuals(ResidualModel(blind), baseline)
     assert np.all(harmonics.residual[:, harmonics.orders == 5] == 0)
-    assert np.all(np.isfinite(harmonics.whitening.factor))
+    assert np.all(np.isfinite(harmonics.whitening(1.0).factor))
 
 
 def test_sensitivities_of_harmonics_are_the_derivative_of_the_residual(ringing, baseline):
