@@ -1,6 +1,7 @@
 """The steel rig's linear model, the same physics solved densely, and evidence put together by hand."""
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -159,7 +160,7 @@ class Build:
             time_s=np.arange(count) * 2.0 if time_s is None else time_s,
             growth=np.full(count, growth, complex),
             growth_std=np.full(count, growth_std),
-            states=tuple(() for _ in range(count)),
+            states=(SimpleNamespace(run="run", sweep="sweep"),) * count,
         )
 
     @staticmethod

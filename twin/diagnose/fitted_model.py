@@ -151,11 +151,13 @@ class FitProblem:
         self.precision = np.diag(np.concatenate([np.zeros(self.count), [p.prior[1] for _, p in self.slots]]))
         self.precision[: self.count, : self.count] = base_precision
 
-    def rougher(self, roughness: tuple[float, float]) -> Array:
-        """What another roughness of the joints' laws adds to the precision (n, n)."""
+    def more_precision(self, errors: ErrorModel) -> Array:
+        """What another roughness of the joints' laws and other shifts add to the precision (n, n)."""
         more = np.zeros_like(self.precision)
-        then, now = (self._base.law_precision(self.start, size) for size in (roughness, self.errors.roughness))
+        then, now = (self._base.law_precision(self.start, each.roughness) for each in (errors, self.errors))
         more[: self.count, : self.count] = then - now
+        shifts = self.start.of_shifts
+        more[shifts, shifts] += np.eye(len(self.start.shifts)) * (errors.shifts**-2 - self.errors.shifts**-2)
         return more
 
     @property

@@ -28,8 +28,8 @@ class Limits:
     # model_evidence.py
     model_evidence_roughness: tuple[float, float] = (-2.5, 4.5)
     """Logarithm of the roughness over a sound rig's in which the likeliest is looked for."""
-    model_evidence_shares: tuple[float, float] = (-3.5, 5.0)
-    """The same of the error of the shares in odd harmonics."""
+    model_evidence_size: tuple[float, float] = (-3.5, 5.0)
+    """The same of the error of the shares in odd harmonics, and of the shifts."""
     model_evidence_rounds: int = 4
     model_evidence_gain: float = 0.5
     """Most rounds over all errors, one after the other, and nats below which a further one gains nothing."""

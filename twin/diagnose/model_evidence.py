@@ -178,8 +178,8 @@ class _Marginal:
         kinds = ("broadband", "steps", "harmonics")
         grams, determinants = zip(*(self._block(kind, errors) for kind in kinds), strict=True)
         gram, precision = np.sum(grams, axis=0), self._precision.copy()
-        laws = self._problem.rougher(errors.roughness)
-        precision[: len(laws), : len(laws)] += laws
+        more = self._problem.more_precision(errors)
+        precision[: len(more), : len(more)] += more
         A = gram[1:, 1:] + precision
         pull = gram[1:, 0] - precision @ self._away
         free = not_held_back(self._x, pull, *self._bounds)
@@ -271,7 +271,9 @@ def infer_errors(problem: FitProblem, tolerances: Tolerances | None, *, free: bo
     reached = value(errors)
     for _ in range(LIMITS.model_evidence_rounds):  # what one error leaves the others have to make up for
         if problem.harmonics is not None:
-            errors = _likeliest_along(value, partial(_with_shares, errors), LIMITS.model_evidence_shares)
+            errors = _likeliest_along(value, partial(_with_shares, errors), LIMITS.model_evidence_size)
+        if len(problem.start.shifts):
+            errors = _likeliest_along(value, partial(_with_shifts, errors), LIMITS.model_evidence_size)
         for curve in range(len(errors.roughness)):
             errors = _likeliest_along(value, partial(_with_roughness, errors, curve), LIMITS.model_evidence_roughness)
         for kind in ("broadband", "steps"):
@@ -311,7 +313,11 @@ def _likeliest_sizes(
 
 
 def _with_shares(errors: ErrorModel, log_size: float) -> ErrorModel:
-    return replace(errors, harmonics=SOUND.harmonics * float(np.exp(log_size)))
+    return replace(errors, harmonics=float(np.exp(log_size)))
+
+
+def _with_shifts(errors: ErrorModel, log_size: float) -> ErrorModel:
+    return replace(errors, shifts=float(np.exp(log_size)))
 
 
 def _with_roughness(errors: ErrorModel, curve: int, log_size: float) -> ErrorModel:
@@ -368,8 +374,9 @@ def fit_with_errors(
 
 
 def _sizes(errors: ErrorModel) -> Array:
-    """Those of each kind of data (5,)."""
-    return np.array([*(getattr(getattr(errors, kind), name) for kind, name in KINDS), errors.harmonics])
+    """Those of each kind of data, of harmonics, and of shifts (6,)."""
+    of_kinds = [getattr(getattr(errors, kind), name) for kind, name in KINDS]
+    return np.array([*of_kinds, errors.harmonics, errors.shifts])
 
 
 def _distance(one: ErrorModel, two: ErrorModel, least: Array | float) -> float:

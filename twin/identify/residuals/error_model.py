@@ -54,6 +54,8 @@ class ErrorModel:
         :func:`twin.identify.nonlinear.joint_law.curve_precision`.
     harmonics : float
         Error of each point's share in the odd harmonics, over :data:`LIMITS.share_error`.
+    shifts : float
+        Prior of how far all resonances of a run or sweep lie off, over :data:`SHIFT`.
     """
 
     steps: Discrepancy
@@ -62,6 +64,7 @@ class ErrorModel:
     moduli: float = MODULI_STD
     roughness: tuple[float, float] = (1.6, 7.8)
     harmonics: float = 1.0
+    shifts: float = 1.0
 
     def loosened(self, stiffness: float, frequency: float, moduli: float) -> ErrorModel:
         """The same with errors of stiffness no smaller than this, and of ratios three times that."""
@@ -109,7 +112,7 @@ def log_prior(errors: ErrorModel, sound: ErrorModel = SOUND, *, free: bool = Fal
         Whether those of stiffness may have any size up to :data:`LIMITS.error_model_any`, over a sound rig's.
     """
     total = sum(_log_normal(own / usual) for own, usual in zip(errors.roughness, sound.roughness, strict=True))
-    total += _log_normal(errors.harmonics / sound.harmonics)
+    total += _log_normal(errors.harmonics / sound.harmonics) + _log_normal(errors.shifts / sound.shifts)
     for kind in ("steps", "broadband"):
         for name in ("stiffness", "ratio"):
             ratio = getattr(getattr(errors, kind), name) / getattr(getattr(sound, kind), name)

@@ -63,7 +63,7 @@ class ResidualModel(ForwardModel):
         precision[: len(mean), : len(mean)] = base
         if len(baseline.shown):
             precision[baseline.of_shown, baseline.of_shown] = np.eye(len(baseline.shown)) / self.evidence.shape_error**2
-        precision[baseline.of_shifts, baseline.of_shifts] = np.eye(len(baseline.shifts))
+        precision[baseline.of_shifts, baseline.of_shifts] = np.eye(len(baseline.shifts)) / self.errors.shifts**2
         return np.concatenate([mean, np.zeros(len(precision) - len(mean))]), precision
 
     def law_precision(self, baseline: BaselineParameters, roughness: tuple[float, float]) -> Array:

@@ -131,9 +131,12 @@ def find_resonances(record: BroadbandRecord, *, force: str, channels: tuple[str,
 
 
 def _upper_level(power: Real) -> float:
-    """The level above which half of the power lies, however little of the spectrum is excited."""
+    """The level above which half of the amplitudes lies, however little of the spectrum is excited.
+
+    Of the power a shaker may have half in a single peak.
+    """
     ordered = np.sort(power)[::-1]
-    summed = np.cumsum(ordered)
+    summed = np.cumsum(np.sqrt(ordered))
     return float(ordered[np.searchsorted(summed, 0.5 * summed[-1])])
 
 

@@ -141,8 +141,8 @@ def test_a_model_is_sound_while_its_steps_err_no_more_than_sound_rigs_do(name, s
 def test_the_prior_of_errors_and_roughness_is_log_normal_about_those_of_sound_rigs():
     errors = with_value(SOUND, "steps", "ratio", 5 * SOUND.steps.ratio)
     errors = with_value(errors, "broadband", "stiffness", SOUND.broadband.stiffness / 2)
-    errors = replace(errors, roughness=(SOUND.roughness[0], 3 * SOUND.roughness[1]))
-    expected = norm.logpdf(np.log([1.0, 5.0, 0.5, 1.0, 1.0, 3.0]), scale=SPREAD).sum()
+    errors = replace(errors, roughness=(SOUND.roughness[0], 3 * SOUND.roughness[1]), harmonics=4.0, shifts=0.2)
+    expected = norm.logpdf(np.log([1.0, 5.0, 0.5, 1.0, 1.0, 3.0, 4.0, 0.2]), scale=SPREAD).sum()
     assert log_prior(errors) == pytest.approx(expected)
 
 
@@ -152,7 +152,7 @@ def test_a_lacking_model_may_have_errors_of_stiffness_of_any_size_but_ratios_as_
     priors = [
         log_prior(with_value(SOUND, "steps", "stiffness", size * SOUND.steps.stiffness), free=True) for size in sizes
     ]
-    rest = norm.logpdf(0.0, scale=SPREAD) * 4 - np.log(np.log(LIMITS.error_model_any))
+    rest = norm.logpdf(0.0, scale=SPREAD) * 6 - np.log(np.log(LIMITS.error_model_any))
     assert np.trapezoid(np.exp(np.array(priors) - rest), np.log(sizes)) == pytest.approx(1.0)
     ratio = with_value(SOUND, "steps", "ratio", 3 * SOUND.steps.ratio)
     assert log_prior(ratio, free=True) == pytest.approx(log_prior(SOUND, free=True) - 0.5)

@@ -201,6 +201,19 @@ def test_a_band_that_is_a_twentieth_of_the_spectrum_is_found():
     assert np.all((power > 0.005) & (power < 0.08))  # a fiftieth, by 61 lines across a steep edge
 
 
+def test_a_peak_that_has_most_of_the_force_leaves_the_band_as_it_is():
+    """A shaker without control drives a structure so at some resonance; all else is a thousandth of it."""
+    rng = np.random.default_rng(13)
+    record = TRUE.record(rng)
+    peak = signal.butter(2, np.array([469.8, 470.2]) / (RATE / 2), "bandpass", output="sos")
+    force = record.samples["force"]
+    line = signal.sosfilt(peak, rng.standard_normal(len(force)))
+    _, band = find_resonances(TRUE.record(np.random.default_rng(13)), force="force", channels=CHANNELS)
+    force[:] += 1.3 * np.std(force) / np.std(line) * line
+    _, with_peak = find_resonances(record, force="force", channels=CHANNELS)
+    np.testing.assert_allclose(with_peak, band, rtol=0.05, atol=0.5)
+
+
 def test_h1_and_coherence_are_those_of_the_noise():
     """Noise of a response costs coherence only; noise of the force makes H1 too small by its share of the power."""
     rng = np.random.default_rng(9)
