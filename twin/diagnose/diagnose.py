@@ -171,7 +171,9 @@ def diagnose_evidence(
     after = search.base if verdict in ("none", "unknown") else search.model
     gain = None
     if unseen is not None and len(unseen.steps):
-        gain = _gain(unseen, search.base, after, tuple(run.path for run in held_out.runs), held_out.aside)
+        expected = _of_a_sound_rig(unseen, after, _wander(after.baseline.shifts[len(evidence.broadband) :]))
+        runs = tuple(run.path for run in held_out.runs)
+        gain = _gain(unseen, search.base, after, expected, runs, held_out.aside)
     extended, next_test = "", None
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
@@ -229,7 +231,12 @@ def _hidden(search: Search, model: FittedModel, name: str) -> FittedModel:
 
 
 def _gain(
-    unseen: MeasuredData, before: FittedModel, after: FittedModel, runs: tuple[str, ...], sweeps: tuple[str, ...]
+    unseen: MeasuredData,
+    before: FittedModel,
+    after: FittedModel,
+    expected: NDArray[Any],
+    runs: tuple[str, ...],
+    sweeps: tuple[str, ...],
 ) -> Gain:
     harmonics = harmonic_residuals(ResidualModel(unseen), before.baseline)
     errors = [relative_errors(unseen, model, harmonics) for model in (before, after)]
@@ -242,21 +249,23 @@ def _gain(
     return Gain(
         *(rms(np.concatenate(list(column.values()))) for column in columns),
         by_harmonic=parts,
-        expected=rms(np.concatenate([_of_a_sound_rig(unseen, after), *(floors[h] for h in floors if h > 1)])),
+        expected=rms(np.concatenate([expected, *(floors[h] for h in floors if h > 1)])),
         runs=tuple(Path(run).name for run in runs),
         sweeps=sweeps or tuple(dict.fromkeys(state.sweep for state in unseen.steps.states)),
     )
 
 
-def _of_a_sound_rig(unseen: MeasuredData, model: FittedModel) -> NDArray[Any]:
-    """Relative errors (s o,) of the fundamentals that noise, a sound rig's model error and a shift make.
+def _wander(shifts: NDArray[Any]) -> float:
+    """Standard deviation of one more sweep's shift from the mean of those (k,) that were learnt from."""
+    count = len(shifts)
+    return float(np.sqrt(np.sum(shifts**2) / (count - 1) * (1 + 1 / count))) if count > 1 else 0.0
 
-    The shift is as large as those of the runs and sweeps that were learnt from.
-    """
+
+def _of_a_sound_rig(unseen: MeasuredData, model: FittedModel, wander: float) -> NDArray[Any]:
+    """Relative errors (s o,) of the fundamentals that noise, a sound rig's model error and a sweep's shift make."""
     residual_model = ResidualModel(unseen, modification_of(unseen, model.hypotheses))
     made_of = residual_model.covariances(model.baseline)
-    shifts = model.baseline.shifts
-    by_shift = (rms(shifts) if len(shifts) else 0.0) * made_of.shifts()[1]
+    by_shift = wander * made_of.shifts()[1]
     variance = np.sum(made_of.of_steps(SOUND.steps).factor ** 2, axis=2) + np.sum(by_shift**2, axis=2)
     return np.asarray(np.sqrt(variance.reshape(len(variance), 2, -1).sum(axis=1)).ravel())
 

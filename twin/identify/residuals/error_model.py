@@ -38,6 +38,10 @@ class Discrepancy:
     ratio: float
 
 
+HELD_MEAN = 1e6
+"""Precision of the sum of the sweeps' shifts: a thousandth of one is nothing."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class ErrorModel:
     """Model error of the steps' fundamentals and of the broadband runs.
@@ -73,6 +77,15 @@ class ErrorModel:
             for own in (self.steps, self.broadband)
         )
         return replace(self, steps=steps, broadband=broadband, frequency=frequency, moduli=moduli)
+
+    def shift_precision(self, runs: int, count: int) -> Array:
+        """Precision (k, k) of `count` shifts, those of so many broadband runs first.
+
+        The natural frequencies are those that the sweeps have in the mean: a broadband run moves the joints otherwise,
+        and what it differs by is not the sweeps' to share.
+        """
+        sweeps = np.arange(count) >= runs
+        return np.eye(count) / self.shifts**2 + HELD_MEAN * np.outer(sweeps, sweeps)
 
     def as_small_as(self, sound: ErrorModel) -> bool:
         """Whether no error of the steps is larger than one in six of sound rigs needs."""

@@ -61,9 +61,10 @@ class ResidualModel(ForwardModel):
         )  # fmt: skip
         precision = self.law_precision(baseline, self.errors.roughness)
         precision[: len(mean), : len(mean)] = base
-        if len(baseline.shown):
-            precision[baseline.of_shown, baseline.of_shown] = np.eye(len(baseline.shown)) / self.evidence.shape_error**2
-        precision[baseline.of_shifts, baseline.of_shifts] = np.eye(len(baseline.shifts)) / self.errors.shifts**2
+        if shown := len(baseline.shown):
+            precision[baseline.of_shown, baseline.of_shown] = np.eye(shown) / self.evidence.shape_error**2
+        of_shifts = self.errors.shift_precision(len(self.evidence.broadband), len(baseline.shifts))
+        precision[baseline.of_shifts, baseline.of_shifts] = of_shifts
         return np.concatenate([mean, np.zeros(len(precision) - len(mean))]), precision
 
     def law_precision(self, baseline: BaselineParameters, roughness: tuple[float, float]) -> Array:
@@ -213,8 +214,8 @@ class ResidualModel(ForwardModel):
     def linearisation(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Linearisation:
         """What a fit that begins at these unknowns may hold; without sensitivities, what residuals at these need."""
         state = self._step_state(baseline)
-        made_of = self._covariances(baseline, state)
-        white = made_of.of_broadband(self.errors.broadband), made_of.of_steps(self.errors.steps)
+        made_of, errors = self._covariances(baseline, state), self.errors
+        white = made_of.of_broadband(errors.broadband), made_of.of_steps(errors.steps)
         if state is None:
             return Linearisation(*white, None, None, baseline, None, made_of)
         harmonics = self.harmonics.whitening(self.errors.harmonics) if self.harmonics else None
