@@ -30,7 +30,7 @@ from twin.diagnose.signals import find_unsettled
 from twin.diagnose.sound_data import SoundData, sound_data
 from twin.diagnose.verdict import decide, named_causes, posterior_of, rivals_of
 from twin.identify.measured_data import MeasuredData, common_preload
-from twin.identify.residuals.error_model import SOUND
+from twin.identify.residuals.error_model import SOUND, swept_modes
 from twin.identify.residuals.harmonics import harmonic_residuals
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
@@ -171,7 +171,7 @@ def diagnose_evidence(
     after = search.base if verdict in ("none", "unknown") else search.model
     gain = None
     if unseen is not None and len(unseen.steps):
-        expected = _of_a_sound_rig(unseen, after, _wander(after.baseline.shifts[len(evidence.broadband) :]))
+        expected = _of_a_sound_rig(unseen, after, _wander(after.baseline.shifts, evidence))
         runs = tuple(run.path for run in held_out.runs)
         gain = _gain(unseen, search.base, after, expected, runs, held_out.aside)
     extended, next_test = "", None
@@ -255,10 +255,12 @@ def _gain(
     )
 
 
-def _wander(shifts: NDArray[Any]) -> float:
-    """Standard deviation of one more sweep's shift from the mean of those (k,) that were learnt from."""
-    count = len(shifts)
-    return float(np.sqrt(np.sum(shifts**2) / (count - 1) * (1 + 1 / count))) if count > 1 else 0.0
+def _wander(shifts: NDArray[Any], evidence: MeasuredData) -> float:
+    """Standard deviation of one more sweep's shift from the mean of those about its mode that were learnt from."""
+    about = swept_modes(evidence, len(shifts))
+    sweeps, modes = np.sum(about >= 0), len(np.unique(about[about >= 0]))
+    free = max(int(sweeps) - modes, 1)
+    return float(np.sqrt(np.sum(shifts[about >= 0] ** 2) / free * (1 + modes / max(int(sweeps), 1))))
 
 
 def _of_a_sound_rig(unseen: MeasuredData, model: FittedModel, wander: float) -> NDArray[Any]:

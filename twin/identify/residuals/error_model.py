@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twin.arrays import Array
 from twin.identify.limits import LIMITS
@@ -39,7 +40,7 @@ class Discrepancy:
 
 
 HELD_MEAN = 1e6
-"""Precision of the sum of the sweeps' shifts: a thousandth of one is nothing."""
+"""Precision of the sum of the shifts of sweeps about one mode: a thousandth of one is nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,14 +79,14 @@ class ErrorModel:
         )
         return replace(self, steps=steps, broadband=broadband, frequency=frequency, moduli=moduli)
 
-    def shift_precision(self, runs: int, count: int) -> Array:
-        """Precision (k, k) of `count` shifts, those of so many broadband runs first.
+    def shift_precision(self, about: NDArray[np.int64]) -> Array:
+        """Precision (k, k) of shifts, see :func:`swept_modes`.
 
-        The natural frequencies are those that the sweeps have in the mean: a broadband run moves the joints otherwise,
-        and what it differs by is not the sweeps' to share.
+        A natural frequency is what the sweeps about it have in the mean: a broadband run moves the joints otherwise,
+        sweeps about other modes are off by those modes' discrepancies, and neither is theirs to share.
         """
-        sweeps = np.arange(count) >= runs
-        return np.eye(count) / self.shifts**2 + HELD_MEAN * np.outer(sweeps, sweeps)
+        together = (about[:, None] == about) & (about >= 0)
+        return np.eye(len(about)) / self.shifts**2 + HELD_MEAN * together
 
     def as_small_as(self, sound: ErrorModel) -> bool:
         """Whether no error of the steps is larger than one in six of sound rigs needs."""
@@ -150,6 +151,20 @@ def unshifted(evidence: MeasuredData) -> Array:
     """Shifts (k,) of each broadband run and sweep to begin with; none of one alone, which no other differs from."""
     count = len(evidence.broadband) + len(rows_by_sweep(evidence.steps.states))
     return np.zeros(count if count > 1 else 0)
+
+
+def swept_modes(evidence: MeasuredData, count: int) -> NDArray[np.int64]:
+    """Number (k,) of the mode that each sweep is about, as :func:`unshifted` has them; -1 of a broadband run.
+
+    And of all, where so many shifts are those of other recordings.
+    """
+    if count != len(unshifted(evidence)) or not count:
+        return np.full(count, -1)
+    omega_r = evidence.model.basis.omega
+    omega_r = omega_r[omega_r > 0]
+    sweeps = [np.median(evidence.steps.omega[rows]) for rows in rows_by_sweep(evidence.steps.states).values()]
+    about = [int(np.argmin(np.abs(np.log(omega / omega_r)))) for omega in sweeps]
+    return np.array([-1] * len(evidence.broadband) + about, np.int64)
 
 
 class ErrorSources(Protocol):

@@ -22,7 +22,7 @@ from twin.identify.nonlinear.balance import Balance
 from twin.identify.nonlinear.joint_law import curve_precision
 from twin.identify.nonlinear.local_forces import Influence
 from twin.identify.nonlinear.opening_harmonics import balance_openings, stiffness_sensitivity
-from twin.identify.residuals.error_model import SOUND, Covariances, ErrorModel
+from twin.identify.residuals.error_model import SOUND, Covariances, ErrorModel, swept_modes
 from twin.identify.residuals.linearisation import Linearisation, LostContact, with_more
 from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.whitening import HarmonicResiduals, Whitening
@@ -63,8 +63,8 @@ class ResidualModel(ForwardModel):
         precision[: len(mean), : len(mean)] = base
         if shown := len(baseline.shown):
             precision[baseline.of_shown, baseline.of_shown] = np.eye(shown) / self.evidence.shape_error**2
-        of_shifts = self.errors.shift_precision(len(self.evidence.broadband), len(baseline.shifts))
-        precision[baseline.of_shifts, baseline.of_shifts] = of_shifts
+        about = swept_modes(self.evidence, len(baseline.shifts))
+        precision[baseline.of_shifts, baseline.of_shifts] = self.errors.shift_precision(about)
         return np.concatenate([mean, np.zeros(len(precision) - len(mean))]), precision
 
     def law_precision(self, baseline: BaselineParameters, roughness: tuple[float, float]) -> Array:
