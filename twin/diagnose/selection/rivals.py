@@ -21,11 +21,14 @@ from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
 from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
 
-__all__ = ["fitted_rivals"]
+__all__ = ["Report", "fitted_rivals"]
+
+Report = Callable[[str], None]
+"""Told what is being done."""
 
 
 def fitted_rivals(
-    race: Race, model: FittedModel, before: FittedModel, scores: Sequence[Score], report: Callable[[str], None]
+    race: Race, model: FittedModel, before: FittedModel, scores: Sequence[Score], report: Report
 ) -> tuple[FittedModel, ...]:
     """The models with one more cause, of those that the scores promise, the most probable first.
 
@@ -69,7 +72,7 @@ def _begun_and_raced(
     model: FittedModel,
     begin: Callable[..., Begun],
     rivals: Sequence[CauseHypothesis],
-    report: Callable[[str], None],
+    report: Report,
 ) -> list[FittedModel]:
     if not rivals or time_is_up():
         return []

@@ -1,6 +1,6 @@
 """Stepwise selection: causes are added one by one, and dropped again, while the posterior odds gain by it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import Tolerances, fit_with_errors, infer_errors, with_spread
 from twin.diagnose.posterior import log_weight
 from twin.diagnose.selection.racing import USUAL, Effort, Race, likeliest, once_more
-from twin.diagnose.selection.rivals import fitted_rivals
+from twin.diagnose.selection.rivals import Report, fitted_rivals
 from twin.diagnose.selection.score_test import Score, score_causes
 from twin.identify.base_fit import fit_base
 from twin.identify.measured_data import MeasuredData
@@ -25,8 +25,6 @@ from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
 
 __all__ = ["Report", "Search", "Stage", "search_causes"]
-
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
