@@ -6,12 +6,15 @@ import json
 import signal
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 import pytest
+import tomli_w
 from two_steps import TWO_STEPS
 
 from recordings import read_run
@@ -206,3 +209,27 @@ def test_a_mistake_is_one_line_and_status_2(arguments, words, tmp_path, monkeypa
     assert err.count("\n") == 1
     assert out == ""
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_the_drive_that_is_connected_is_the_one_that_is_recorded(tmp_path):
+    """Two shakers, each with a force cell: the one that was asked for moves the arm, and the other is taken off."""
+    table = tomllib.loads((files("twin.rigs") / "l-frame.toml").read_text())
+    own, cell = table["drive"], next(sensor for sensor in table["sensor"] if sensor["channel"] == "force")
+    there = {"part": "arm", "at": 0.2, "direction": "+y"}
+    table["drive"] = [{**own, "name": "column"}, {**own, **there, "name": "arm"}]
+    table["sensor"].append({**cell, **there, "channel": "force-arm"})
+    rig, sweep, run, file = (tmp_path / name for name in ("rig.toml", "sweep.toml", "run.mcap", "instruments.toml"))
+    rig.write_text(tomli_w.dumps(table))
+    sweep.write_text('drive = "arm"\n' + TWO_STEPS.replace('"force"', '"force-arm"', 1))
+    line = ["--tcp", "127.0.0.1:0", "--speed", "fast", "--instruments-out", str(file)]
+    with running("serve", "--rig", str(rig), "--drive", "arm", *line):
+        done = twin("acquire", str(sweep), "--instruments", str(file), "--rig", str(rig), "--out", str(run))
+        assert done.returncode == 0, done.stderr
+    recorded = read_run(run)
+    assert recorded.info["drive"] == "arm"
+    assert "force" not in recorded.channels
+    assert recorded.devices["daq"].values["force-arm"][-512:].max() == pytest.approx(1.5, rel=0.05)
+    asked = twin("serve", "--rig", str(rig), "--drive", "leg", *line)
+    assert asked.returncode == 2
+    assert "leg" in asked.stderr
