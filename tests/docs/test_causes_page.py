@@ -33,7 +33,8 @@ def test_the_page_of_a_cause_shows_its_case_of_this_version(cause):
     case = cause_cases.kept(cause)
     assert page == make_causes.page(cause, case), "python docs/make_causes.py"
     assert case["version"] == version("virtual-test-rig")
-    assert case["verdict"] and case["answer"]
+    assert case["verdict"]
+    assert case["answer"]
     assert case["hidden"] == dict(cause_cases.drawn(cause).effects[0].parameters), "python docs/cause_cases.py"
     assert (DOCS / "causes" / f"{cause}.png").read_bytes().startswith(b"\x89PNG")
     advice = advice_on(cause)
