@@ -258,16 +258,16 @@ def _gain(
 def _wander(shifts: NDArray[Any], evidence: MeasuredData) -> float:
     """Standard deviation of one more sweep's shift from the mean of those about its mode that were learnt from."""
     about = swept_modes(evidence, len(shifts))
-    sweeps, modes = np.sum(about >= 0), len(np.unique(about[about >= 0]))
-    free = max(int(sweeps) - modes, 1)
-    return float(np.sqrt(np.sum(shifts[about >= 0] ** 2) / free * (1 + modes / max(int(sweeps), 1))))
+    sweeps = about >= 0
+    count, modes = int(np.count_nonzero(sweeps)), len(np.unique(about[sweeps]))
+    return float(np.sqrt(np.sum(shifts[sweeps] ** 2) / max(count - modes, 1) * (1 + modes / max(count, 1))))
 
 
 def _of_a_sound_rig(unseen: MeasuredData, model: FittedModel, wander: float) -> NDArray[Any]:
     """Relative errors (s o,) of the fundamentals that noise, a sound rig's model error and a sweep's shift make."""
     residual_model = ResidualModel(unseen, modification_of(unseen, model.hypotheses))
     made_of = residual_model.covariances(model.baseline)
-    by_shift = wander * made_of.shifts()[1]
+    by_shift = wander * made_of.shifts[1]
     variance = np.sum(made_of.of_steps(SOUND.steps).factor ** 2, axis=2) + np.sum(by_shift**2, axis=2)
     return np.asarray(np.sqrt(variance.reshape(len(variance), 2, -1).sum(axis=1)).ravel())
 

@@ -154,10 +154,8 @@ class FitProblem:
     def more_precision(self, errors: ErrorModel) -> Array:
         """What another roughness of the joints' laws and other shifts add to the precision (n, n)."""
         more = np.zeros_like(self.precision)
-        then, now = (self._base.law_precision(self.start, each.roughness) for each in (errors, self.errors))
+        then, now = (self._base.inferred_precision(self.start, each) for each in (errors, self.errors))
         more[: self.count, : self.count] = then - now
-        shifts = self.start.of_shifts
-        more[shifts, shifts] += np.eye(len(self.start.shifts)) * (errors.shifts**-2 - self.errors.shifts**-2)
         return more
 
     @property

@@ -82,12 +82,12 @@ class Tolerances:
 
     @classmethod
     def of(cls, columns: Array, blocks: tuple[tuple[str, slice], ...], held: Linearisation) -> Tolerances:
-        """From whitened columns (r, k) of causes, and the shifts of runs and sweeps."""
+        """From whitened columns (r, k) of causes, and the shifts where these are no unknowns."""
         broadband, steps, harmonics = _unwhitened(columns, dict(blocks), held)
-        if len(held.baseline.shifts):  # unknowns of their own
+        if len(held.baseline.shifts):
             return cls(broadband, steps, harmonics)
         assert held.made_of is not None
-        runs, sweeps = held.made_of.shifts()
+        runs, sweeps = held.made_of.shifts
         return cls(
             tuple(np.dstack(pair) for pair in zip(broadband, runs, strict=True)),
             np.dstack([steps, sweeps]) if len(sweeps) else np.zeros((0, 0, steps.shape[-1] + sweeps.shape[2])),
@@ -98,15 +98,18 @@ class Tolerances:
         """The directions as columns (r, k) of a whitened residual."""
         where = dict(blocks)
         columns = np.zeros((max(part.stop for part in where.values()), self.harmonics.shape[-1]))
+
+        def real_ones(whitening: Whitening, values: Array) -> Array:
+            white = np.sqrt(2) * whitening.columns(values)
+            return np.vstack([white.real, white.imag])
+
         for number, (whitening, run) in enumerate(zip(held.broadband, self.broadband, strict=True)):
-            white = np.sqrt(2) * whitening.columns(run)
-            columns[where[f"broadband {number}"]] = np.vstack([white.real, white.imag])
+            columns[where[f"broadband {number}"]] = real_ones(whitening, run)
         if "steps" in where:
             columns[where["steps"]] = held.steps.columns(self.steps)
         if "harmonics" in where:
             assert held.harmonics is not None
-            white = np.sqrt(2) * held.harmonics.columns(self.harmonics)
-            columns[where["harmonics"]] = np.vstack([white.real, white.imag])
+            columns[where["harmonics"]] = real_ones(held.harmonics, self.harmonics)
         return columns
 
 
@@ -259,7 +262,7 @@ def infer_errors(problem: FitProblem, tolerances: Tolerances | None, *, free: bo
     problem
         At a fit, see :attr:`FitProblem.x0`.
     tolerances
-        What sound rigs have of every cause; with None the shifts of runs and sweeps alone.
+        What sound rigs have of every cause; with None the shifts alone, where these are no unknowns.
     free
         Whether the errors of stiffness may have any size: what a model deserves that lacks something.
     """

@@ -9,6 +9,7 @@ against the others.  How large both are is inferred with the parameters.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -170,6 +171,7 @@ def swept_modes(evidence: MeasuredData, count: int) -> NDArray[np.int64]:
 class ErrorSources(Protocol):
     """What the covariances of residuals are made of, as :class:`Covariances` has it of recordings."""
 
+    @property
     def shifts(self) -> tuple[tuple[Array, ...], Array]:
         """Changes of the residuals as all frequencies of a run, a sweep or a table shift."""
         ...
@@ -212,6 +214,7 @@ class Covariances:
     reference: int
     ratio: Array
 
+    @cached_property
     def shifts(self) -> tuple[tuple[Array, ...], Array]:
         """Changes of the residuals of broadband runs (b, o, k) and of steps (s, 2 o, k).
 

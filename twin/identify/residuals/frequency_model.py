@@ -55,6 +55,7 @@ class FrequencyCovariances:
         """Of the frequencies' residuals (n, 1): each errs by half of what its mode's stiffness does."""
         return Whitening(np.hypot(self.std, self.model_share * errors.stiffness / 2)[:, None, None])
 
+    @property
     def shifts(self) -> tuple[tuple[Array, ...], Array]:
         """Changes (n, 1, k) of the residuals as all frequencies of one of the k states shift by SHIFT."""
         return (), SHIFT * np.eye(int(self.state.max()) + 1)[self.state][:, None, :]
@@ -84,7 +85,7 @@ class FrequencyModel:
         """Mean and precision (u, u) of the unknowns."""
         return base_prior(self.evidence.nominal, moduli_std=self.evidence.log_std)
 
-    def law_precision(self, baseline: BaselineParameters, roughness: tuple[float, float]) -> Array:
+    def inferred_precision(self, baseline: BaselineParameters, errors: ErrorModel) -> Array:
         """Nothing, (u, u)."""
         return np.zeros((len(baseline.blocks),) * 2)
 

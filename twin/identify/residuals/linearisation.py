@@ -11,7 +11,7 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.nonlinear.balance import Balance
 from twin.identify.nonlinear.opening_harmonics import OpeningBalance, Openings
-from twin.identify.residuals.error_model import ErrorSources, unshifted
+from twin.identify.residuals.error_model import ErrorSources
 from twin.identify.residuals.whitening import Whitening
 
 __all__ = ["Linearisation", "LostContact", "with_more"]
@@ -83,8 +83,8 @@ class Linearisation:
 
         To first order, for they are parts of a resonance's width.  Other recordings feel nothing of them.
         """
-        if count and self.made_of is not None and count == len(unshifted(evidence)):
-            return self.made_of.shifts()
+        if count and self.made_of is not None and count == self.made_of.shifts[1].shape[2]:
+            return self.made_of.shifts
         outputs = len(evidence.channels)
         runs = tuple(np.zeros((len(data.omega), outputs, count)) for data in evidence.broadband)
         return runs, np.zeros((len(evidence.steps), 2 * outputs, count))

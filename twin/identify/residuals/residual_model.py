@@ -59,16 +59,14 @@ class ResidualModel(ForwardModel):
             nominal, frequency_discrepancy_std=self.errors.frequency, moduli_std=self.errors.moduli,
             scatter=self.evidence.frequency_scatter,
         )  # fmt: skip
-        precision = self.law_precision(baseline, self.errors.roughness)
+        precision = self.inferred_precision(baseline, self.errors)
         precision[: len(mean), : len(mean)] = base
         if shown := len(baseline.shown):
             precision[baseline.of_shown, baseline.of_shown] = np.eye(shown) / self.evidence.shape_error**2
-        about = swept_modes(self.evidence, len(baseline.shifts))
-        precision[baseline.of_shifts, baseline.of_shifts] = self.errors.shift_precision(about)
         return np.concatenate([mean, np.zeros(len(precision) - len(mean))]), precision
 
-    def law_precision(self, baseline: BaselineParameters, roughness: tuple[float, float]) -> Array:
-        """Precision (u, u) of the joints' laws alone."""
+    def inferred_precision(self, baseline: BaselineParameters, errors: ErrorModel) -> Array:
+        """Precision (u, u) of the joints' laws and of the shifts alone, whose priors are inferred."""
         phi = self.model.basis.Phi[:, 0]
         precision = np.zeros((len(baseline.blocks),) * 2)
         for joint, (layer, law) in enumerate(zip(self.model.structure.joints, baseline.laws, strict=True)):
@@ -76,10 +74,12 @@ class ResidualModel(ForwardModel):
             # A loss in G' must be many times G' to matter; its scale is what damps mode 1 like a tenth of E' does.
             shear_share = float(np.sum((layer.B_G @ phi) ** 2) / np.sum((layer.B_E @ phi) ** 2))
             for block, knots, scale, rough in (
-                (baseline.softening(joint), law.opening_knots, E, roughness[0]),
-                (baseline.loss(joint), law.slip_knots, 0.1 * E / shear_share, roughness[1]),
+                (baseline.softening(joint), law.opening_knots, E, errors.roughness[0]),
+                (baseline.loss(joint), law.slip_knots, 0.1 * E / shear_share, errors.roughness[1]),
             ):
                 precision[block, block] = curve_precision(knots, rough) / scale**2
+        about = swept_modes(self.evidence, len(baseline.shifts))
+        precision[baseline.of_shifts, baseline.of_shifts] = errors.shift_precision(about)
         return precision
 
     def evaluate(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Prediction:
@@ -218,7 +218,7 @@ class ResidualModel(ForwardModel):
         white = made_of.of_broadband(errors.broadband), made_of.of_steps(errors.steps)
         if state is None:
             return Linearisation(*white, None, None, baseline, None, made_of)
-        harmonics = self.harmonics.whitening(self.errors.harmonics) if self.harmonics else None
+        harmonics = self.harmonics.whitening(errors.harmonics) if self.harmonics else None
         found = state[2]
         by_unknowns, lost = self._harmonics_by_unknowns(baseline, found) if sensitivities else (None, None)
         return Linearisation(*white, found, lost, baseline, by_unknowns, made_of, harmonics=harmonics)
