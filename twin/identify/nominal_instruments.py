@@ -15,6 +15,12 @@ def high_pass(corner_Hz: float) -> Callable[[Array], Array]:
     return lambda omega: 1j * omega / (1j * omega + corner)
 
 
+def mounted(frequency_Hz: float, damping_ratio: float) -> tuple[float, float]:
+    """Compliance (s2) and lag (s) of a mount that resonates there, see :func:`mount`."""
+    omega_0 = 2 * np.pi * frequency_Hz
+    return float(omega_0**-2), float(2 * damping_ratio / omega_0)
+
+
 def mount(compliance_s2: float, lag_s: float) -> Callable[[Array], Array]:
     """A transducer that rides on its mount, as the base excitation of one degree of freedom.
 
@@ -48,6 +54,5 @@ def nominal_instruments(rig: Rig) -> ModelModification:
 def _factors(sensor: Transducer, *, high_passes: bool) -> list[Callable[[Array], Array]]:
     factors = [high_pass(sensor.high_pass)] if high_passes and sensor.high_pass > 0 else []
     if sensor.mounting_frequency is not None:
-        omega_0 = 2 * np.pi * sensor.mounting_frequency
-        factors.append(mount(omega_0**-2, 2 * sensor.mounting_damping / omega_0))
+        factors.append(mount(*mounted(sensor.mounting_frequency, sensor.mounting_damping)))
     return factors

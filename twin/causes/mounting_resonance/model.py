@@ -3,17 +3,12 @@
 import numpy as np
 
 from twin.diagnose.cause import Cause, Label, MeasuredData, ModelModification, Parameter, Values, response_channels
-from twin.identify.nominal_instruments import mount
+from twin.identify.nominal_instruments import mount, mounted
 
-
-def _compliance(frequency_Hz: float) -> float:
-    """Displacement per acceleration of the base, s^2."""
-    return float((2 * np.pi * frequency_Hz) ** -2)
-
-
-def _lag(frequency_Hz: float, damping_ratio: float) -> float:
-    """Time by which the damping delays the channel well below resonance, s."""
-    return damping_ratio / (np.pi * frequency_Hz)
+USUAL, SOFTEST, BEGUN = mounted(1000.0, 0.1), mounted(50.0, 0.7), mounted(3000.0, 0.02)
+"""Compliance and lag: the scale of their priors, the largest, and where a search begins."""
+STIFFEST = mounted(1e6, 0.0)[0]
+"""Least compliance that has a frequency to report."""
 
 
 class MountingResonance(Cause):
@@ -28,18 +23,18 @@ class MountingResonance(Cause):
     labels = staticmethod(response_channels)
     numbers = (
         Parameter(
-            name="compliance_s2", scale=_compliance(1000.0), lower=0.0, upper=_compliance(50.0), null=0.0,
-            starts=(_compliance(3000.0),), tolerance=5e-5,
+            name="compliance_s2", scale=USUAL[0], lower=0.0, upper=SOFTEST[0], null=0.0,
+            starts=(BEGUN[0],), tolerance=5e-5,
         ),
         Parameter(
-            name="lag_s", scale=_lag(1000.0, 0.1), lower=0.0, upper=_lag(50.0, 0.7), null=0.0,
-            starts=(_lag(3000.0, 0.02),), tolerance=5e-5,
+            name="lag_s", scale=USUAL[1], lower=0.0, upper=SOFTEST[1], null=0.0,
+            starts=(BEGUN[1],), tolerance=5e-5,
         ),
     )  # fmt: skip
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
         """Frequency and damping ratio."""
-        softness = max(values["compliance_s2"], _compliance(1e6))
+        softness = max(values["compliance_s2"], STIFFEST)
         frequency = 1 / (2 * np.pi * np.sqrt(softness))
         ratio, errors = values["lag_s"] * np.pi * frequency, {}
         if std:
@@ -50,8 +45,8 @@ class MountingResonance(Cause):
 
     def from_reported(self, values: Values) -> dict[str, float]:
         """Return compliance and lag in place of frequency and damping ratio."""
-        frequency = values["frequency_Hz"]
-        return {"compliance_s2": _compliance(frequency), "lag_s": _lag(frequency, values["damping_ratio"])}
+        compliance, lag = mounted(values["frequency_Hz"], values["damping_ratio"])
+        return {"compliance_s2": compliance, "lag_s": lag}
 
     def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """Base excitation of a single degree of freedom."""
