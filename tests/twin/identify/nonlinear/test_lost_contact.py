@@ -49,7 +49,7 @@ def _true_law(law):
 
 @pytest.fixture(scope="module")
 def slapping(build, steel_model):
-    """With the law's time form as it is: what the smoothing of a measured law's takes off is not in question."""
+    """With a finer table of the law than is usual: what its corners take off is not in question."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(opening_harmonics, "GRID", 3000)
         opening_harmonics._abel.cache_clear()

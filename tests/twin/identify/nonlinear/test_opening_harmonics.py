@@ -150,9 +150,10 @@ def test_sixty_four_samples_are_enough(exact):
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("slap", [None, SLAP, Opening(5e-7, 0.2)], ids=["softening", "slap", "hard-slap"])
-def test_it_comes_to_rest_wherever_it_begins(seed, slap):
-    """But for one in fifteen of the hard slaps (13 of seeds 0 to 199), which are told to be unsettled."""
-    seed = 6 if slap and slap.factor < SLAP.factor and seed == 5 else seed
+def test_it_comes_to_rest_wherever_it_begins(request, seed, slap):
+    if seed == 5 and slap and slap.factor < SLAP.factor:
+        told = "one in fifteen of so hard slaps (13 of seeds 0 to 199) is told to be unsettled"
+        request.applymarker(pytest.mark.xfail(reason=told, strict=True))
     given = openings(LIMITS.even_too, seed)
     found = balance_openings((LAW,), given, (slap,))
     again = balance_openings((LAW,), given, (slap,), start=1.2 * found.motion)
