@@ -19,8 +19,9 @@ from twin.diagnose.cause import Cause
 from twin.diagnose.effects import left_out_effects
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.limits import LIMITS
+from twin.diagnose.marginal_likelihood import ResidualColumns
 from twin.diagnose.missing import find_missing_force
-from twin.diagnose.model_evidence import Tolerances, unexplained
+from twin.diagnose.model_evidence import unexplained
 from twin.diagnose.models import CAUSES, DRIFTS
 from twin.diagnose.next_test import plan_next_test
 from twin.diagnose.selection.racing import THOROUGH, USUAL
@@ -282,7 +283,7 @@ def _within_amplitudes(unseen: MeasuredData, evidence: MeasuredData) -> tuple[Me
 
 
 def _misfit(
-    evidence: MeasuredData, model: FittedModel, harmonics: HarmonicResiduals | None, tolerances: Tolerances
+    evidence: MeasuredData, model: FittedModel, harmonics: HarmonicResiduals | None, tolerances: ResidualColumns
 ) -> dict[tuple[str, str, int], float]:
     """What a model leaves of chi2, by run, channel and harmonic, where it may be wrong as a sound rig's only."""
     blocks, left = unexplained(evidence, harmonics, model, tolerances)

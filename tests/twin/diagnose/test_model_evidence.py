@@ -9,7 +9,8 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fitted
-from twin.diagnose.model_evidence import Tolerances, infer_errors, with_spread
+from twin.diagnose.marginal_likelihood import tolerances_of
+from twin.diagnose.model_evidence import infer_errors, with_spread
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import starting_baseline
 from twin.identify.gauss_newton import minimise
@@ -90,8 +91,8 @@ def oracle(problem):
     r, J = problem.evaluate(problem.x0)
     data = r + J @ (problem.x0 - problem.mean)
     made_of = problem.residual_model(problem.x0).covariances(problem.baseline(problem.x0))
-    shifts = Tolerances.of(np.zeros((len(r), 0)), problem.blocks, problem.held)
-    shifts = shifts.whitened(problem.blocks, problem.held)
+    shifts = tolerances_of(np.zeros((len(r), 0)), problem.blocks, problem.held)
+    shifts = shifts.whitened(problem.held)
     covariance = np.eye(len(r)) + J @ np.linalg.solve(problem.precision, J.T) + shifts @ shifts.T
     # A complex number of a broadband run is two real ones.
     noise = 2 * sum(white.log_determinant() for white in made_of.of_broadband(problem.errors.broadband))
@@ -112,7 +113,7 @@ def test_what_sound_rigs_have_of_a_cause_is_integrated_over_as_a_cause_is(drawn,
     with_it = with_gain(baseline, evidence)(SOUND)
     with_it.weigh(with_it.x0)
     column = with_it.evaluate(with_it.x0)[1][:, with_it.count :]
-    tolerances = Tolerances.of(column, with_it.blocks, with_it.held)
+    tolerances = tolerances_of(column, with_it.blocks, with_it.held)
     without = FitProblem(evidence, None, baseline, ())
     (one, named), (two, tolerated) = infer_errors(with_it, None), infer_errors(without, tolerances)
     assert tolerated == pytest.approx(named, abs=1e-3)
@@ -126,11 +127,11 @@ def test_a_cause_is_as_uncertain_as_all_that_a_sound_rig_may_have_leaves_it(draw
     r, J = problem.evaluate(problem.x0)
     rng = np.random.default_rng(4)
     directions = 30.0 * J[:, problem.count :] + rng.standard_normal((len(r), 3))
-    tolerances = Tolerances.of(directions, problem.blocks, problem.held)
+    tolerances = tolerances_of(directions, problem.blocks, problem.held)
     solution = minimise(problem.evaluate, problem.x0, mean=problem.mean, precision=problem.precision, iterations=0)
     found = with_spread(problem.evidence, None, fitted(problem, solution), tolerances)
 
-    white = tolerances.whitened(problem.blocks, problem.held)
+    white = tolerances.whitened(problem.held)
     prior = np.linalg.inv(problem.precision)
     of_data = np.eye(len(r)) + J @ prior @ J.T + white @ white.T
     gain = np.linalg.solve(of_data, J @ prior).T

@@ -8,7 +8,8 @@ import numpy as np
 
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.model_evidence import Tolerances, fit_with_errors
+from twin.diagnose.marginal_likelihood import ResidualColumns
+from twin.diagnose.model_evidence import fit_with_errors
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.selection.profile import highest_of_profile, threshold_of
 from twin.identify.base_fit import law_from_steps
@@ -75,7 +76,7 @@ class Race:
 
     Attributes
     ----------
-    tolerances : Tolerances
+    tolerances : ResidualColumns
         What sound rigs have of every cause.
     effort : Effort
         How much is tried.
@@ -85,7 +86,7 @@ class Race:
 
     evidence: MeasuredData
     harmonics: HarmonicResiduals | None
-    tolerances: Tolerances
+    tolerances: ResidualColumns
     effort: Effort = USUAL
     on_the_way: dict[float, list[FittedModel]] = field(default_factory=dict)
 
@@ -157,7 +158,7 @@ def _fit_last(
     start: BaselineParameters,
     hypotheses: tuple[CauseHypothesis, ...],
     errors: ErrorModel,
-    tolerances: Tolerances | None,
+    tolerances: ResidualColumns | None,
 ) -> FittedModel:
     start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
     return fit_with_errors(evidence, harmonics, start, hypotheses, errors=errors, tolerances=tolerances)
@@ -169,7 +170,7 @@ def likeliest(fits: Sequence[FittedModel]) -> FittedModel:
 
 
 def once_more(
-    evidence: MeasuredData, harmonics: HarmonicResiduals | None, fit: FittedModel, tolerances: Tolerances | None
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, fit: FittedModel, tolerances: ResidualColumns | None
 ) -> FittedModel:
     """A model that is not as exact as sound rigs' are, through all model errors again from where it ended."""
     start, hypotheses, sound = fit.baseline, fit.hypotheses, sound_errors(evidence)

@@ -4,10 +4,15 @@ From the residual r of a fit and its sensitivities J, whitened and with their pr
 signatures by its strengths are the columns X, with the unknowns and what sound rigs have of every cause projected out,
 has the sizes D^-1 u with the covariance D^-1, where D = X' X and u = X' r.  With priors of unit size its log Bayes
 factor is u' (D + 1)^-1 u / 2 - ln det(1 + D) / 2.  One residual for each strength and place, no fit.
+
+All that is at one size of the errors.  The model that a cause completes needs smaller ones than the model without it:
+so its evidence is the largest over sizes between, of the model's without it there and of the log Bayes factor there.
 """
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
@@ -15,16 +20,15 @@ from scipy.linalg import cho_factor, cho_solve
 
 from twin.arrays import Array
 from twin.diagnose.cause import Cause, Parameter, strengths_of
-from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, difference_step, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, difference_step, modification_of
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.model_evidence import Tolerances
+from twin.diagnose.marginal_likelihood import KINDS, AboutFit, MarginalLikelihood, ResidualColumns, tolerances_of
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.selection.attachment_signatures import AttachmentSignatures
-from twin.identify.base_fit import baseline_bounds
-from twin.identify.gauss_newton import not_held_back
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.residuals.likelihood import residual_model, solves_modes
+from twin.identify.residuals.error_model import SPREAD, ErrorModel, log_prior
+from twin.identify.residuals.likelihood import residual_model, solves_modes, sound_errors
 from twin.identify.residuals.linearisation import Linearisation
 from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.residual_model import ResidualModel
@@ -62,8 +66,7 @@ class Score:
 class _Signature:
     """Change (r, k) of the whitened residual with a cause's strengths in units of their scales, at one place.
 
-    Where the effect has no strength, what it leaves instead of the residual.  There are so many thresholds to each
-    place.
+    Where the effect has no strength, with the whole of it.  There are so many thresholds to each place.
     """
 
     hypothesis: CauseHypothesis
@@ -78,43 +81,61 @@ class _Signature:
 
 
 def score_causes(
-    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, causes: Mapping[str, Cause]
-) -> tuple[list[Score], Tolerances]:
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    model: FittedModel,
+    causes: Mapping[str, Cause],
+    *,
+    errors: ErrorModel | None = None,
+) -> tuple[list[Score], ResidualColumns]:
     """Score every cause, label and starting place against the residual of `model`, best first, while there is time.
+
+    Parameters
+    ----------
+    errors
+        What the model needs; `model`'s own by default.
 
     Returns
     -------
     list of Score
-    Tolerances
+    ResidualColumns
         What a sound rig may have of every cause, and what is no sign of any therefore.
     """
-    modification = modification_of(evidence, model.hypotheses)
-    # Differences over small strengths are taken with what the model holds: weights, and what its harmonics add.
-    held = residual_model(evidence, modification, harmonics, errors=model.errors).linearisation(model.baseline)
-    # The priors are sound rigs': a cause gains by explaining what a loose fit put down to natural frequencies.
-    sound = residual_model(evidence, modification, harmonics, held=held)
-    prediction = sound.evaluate(model.baseline)
+    # A sound rig's weights and priors: a cause gains by explaining what a loose fit put down to natural frequencies.
+    problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, frozen=True)
+    problem.weigh(problem.x0)
+    held, prediction = problem.held, problem.predict(problem.x0, sensitivities=True)
     common = (evidence, harmonics, model, held, prediction)
     found = parallel_map(_signatures_of, common, [(cause,) for cause in causes.values()])
     signatures = [signature for each in found for signature in each]
     tolerated = [signature.tolerated for signature in signatures if signature.strengths]
     tolerated += _of_openings(evidence, harmonics, model, held, prediction)
     columns = _principal(np.column_stack(tolerated)) if tolerated else np.zeros((len(prediction.residual), 0))
-    tolerances = Tolerances.of(columns, prediction.blocks, held)
-    columns = tolerances.whitened(prediction.blocks, held)
-    mean, precision = sound.prior(model.baseline)
-    # The priors as further rows: a cause may gain by taking over what the unknowns strain to explain.
-    root = np.linalg.cholesky(precision).T
-    r = np.concatenate([prediction.residual, root @ (mean - model.baseline.vector), np.zeros(columns.shape[1])])
-    J = np.block([[prediction.jacobian, columns], [root, np.zeros((len(root), columns.shape[1]))]])
-    J = np.vstack([J, np.eye(J.shape[1])[len(root) :]])
-    # An unknown at its limit, which the residual pushes outwards, cannot take over anything.
-    lower, upper = (baseline_bounds(model.baseline, side) for side in (0, 1))
-    pull = J[:, : len(root)].T @ r
-    free = np.append(not_held_back(model.baseline.vector, pull, lower, upper), np.ones(columns.shape[1], bool))
-    outside = _Outside(J[:, free], cho_factor(J[:, free].T @ J[:, free]))
-    scores = [_score(signature, r, len(prediction.residual), outside) for signature in signatures]
+    tolerances = tolerances_of(columns, prediction.blocks, held)
+    if not signatures:
+        return [], tolerances
+    marginal, sound = MarginalLikelihood(problem, tolerances), sound_errors(evidence)
+    first_orders = _FirstOrders.of(signatures, prediction.blocks, held)
+    sizes = _between(errors or model.errors, sound)
+    alone, gains = np.full(len(sizes) ** 2, -np.inf), []
+    for number, (own, runs) in enumerate(product(sizes, sizes)):
+        trial = replace(own, broadband=runs.broadband)
+        about = marginal.at(trial)
+        alone[number] = about.log_likelihood + log_prior(trial, sound)
+        gains.append(first_orders.beside(marginal, about, trial))
+    best = np.argmax([without + gain.log_bayes for without, gain in zip(alone, gains, strict=True)], axis=0)
+    scores = [
+        gains[at].score(number, signature, alone[at] - np.max(alone))
+        for number, (signature, at) in enumerate(zip(signatures, best, strict=True))
+    ]
     return sorted(scores, key=lambda score: -score.log_bayes), tolerances
+
+
+def _between(errors: ErrorModel, sound: ErrorModel) -> list[ErrorModel]:
+    """Errors from those that a model needs to a sound rig's, no two neighbours farther apart than sound rigs are."""
+    start, end = errors.log_sizes, sound.log_sizes
+    count = 2 + int(np.max(np.abs(end - start)) / SPREAD)
+    return [errors.with_log_sizes(start + share * (end - start)) for share in np.linspace(0.0, 1.0, count)]
 
 
 def _of_openings(
@@ -155,17 +176,6 @@ def _principal(columns: Array) -> Array:
     return np.asarray(U[:, size > LIMITS.score_test_felt] * size[size > LIMITS.score_test_felt])
 
 
-@dataclass(frozen=True)
-class _Outside:
-    """Projects signatures on what the unknowns cannot imitate."""
-
-    J: Array
-    factor: tuple[Array, bool]
-
-    def __call__(self, columns: Array) -> Array:
-        return np.asarray(columns - self.J @ cho_solve(self.factor, self.J.T @ columns))
-
-
 def _signatures_of(
     evidence: MeasuredData,
     harmonics: HarmonicResiduals | None,
@@ -187,7 +197,7 @@ def _signatures_of(
         count = int(np.prod([len(p.starts) for p in parameters if p.is_threshold]))
         for start in _starts(parameters):
             if not strengths:
-                columns = left_by(cause.modification(evidence, label, start))[:, None]
+                columns = (prediction.residual - left_by(cause.modification(evidence, label, start)))[:, None]
             else:
                 # A structure made anew differs a little from the assumed one, without any effect in it.
                 remakes = solves_modes(evidence, cause.modification(evidence, label, start))
@@ -204,31 +214,101 @@ def _signatures_of(
     return found
 
 
-def _score(signature: _Signature, r: Array, data: int, outside: _Outside) -> Score:
-    hypothesis, strengths = signature.hypothesis, signature.strengths
-    if not strengths:
-        left = signature.columns[:, 0]
-        return Score(hypothesis, 0.0, np.inf, 0.5 * float(r[:data] @ r[:data] - left @ left))
-    X = outside(np.vstack([signature.columns, np.zeros((len(r) - data, len(strengths)))]))
-    D, u = X.T @ X, X.T @ r
-    with_prior = D + np.eye(len(strengths))
-    scale, null = (np.array([getattr(p, name) for p in strengths]) for name in ("scale", "null"))
-    # Bounds matter: a mass that would have to be negative explains nothing.
-    lower, upper = ((np.array([getattr(p, side) for p in strengths]) - null) / scale for side in ("lower", "upper"))
-    amount = np.clip(np.linalg.solve(with_prior, u), lower, upper)
-    log_bayes = amount @ u - 0.5 * amount @ with_prior @ amount - 0.5 * np.linalg.slogdet(with_prior)[1]
-    # First order is trusted within the prior's scale, and a start at nothing at all would have no slope to follow.
-    begun = np.array([hypothesis.values[p.name] for p in strengths]) - null
-    size = np.copysign(np.clip(np.abs(amount), 1e-3, 1.0), np.where(amount == 0, begun, amount)) * scale
-    values = {p.name: float(np.clip(n + s, p.lower, p.upper)) for p, n, s in zip(strengths, null, size, strict=True)}
-    known = np.linalg.pinv(D)
-    felt = bool(D[0, 0] > 0)
-    return Score(
-        CauseHypothesis(hypothesis.cause, hypothesis.label, {**hypothesis.values, **values}, {}),
-        float(known[0] @ u) * scale[0] if felt else 0.0,
-        float(scale[0] * np.sqrt(known[0, 0])) if felt else np.inf,
-        float(log_bayes),
-    )
+@dataclass(frozen=True)
+class _FirstOrders:
+    """All signatures side by side.
+
+    Attributes
+    ----------
+    columns : ResidualColumns
+        Of g signatures with m strengths each, in units of their scales; zeros where one has fewer.
+    lower, upper : ndarray, (g, m)
+        Limits of the strengths, away from no effect; both one where an effect has no strength.
+    sized : ndarray of bool, (g,)
+        Whether it has one, with a prior.
+    """
+
+    columns: ResidualColumns
+    lower: Array
+    upper: Array
+    sized: Array
+    known: dict[tuple[str, object], tuple[Array, Array]] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls, signatures: Sequence[_Signature], blocks: tuple[tuple[str, slice], ...], held: Linearisation
+    ) -> _FirstOrders:
+        most = max(signature.columns.shape[1] for signature in signatures)
+        rows = np.zeros((len(signatures[0].columns), len(signatures), most))
+        lower, upper = np.zeros((2, len(signatures), most))
+        for number, signature in enumerate(signatures):
+            rows[:, number, : signature.columns.shape[1]] = signature.columns
+            lower[number, 0] = upper[number, 0] = 1.0
+            for k, p in enumerate(signature.strengths):
+                # Bounds matter: a mass that would have to be negative explains nothing.
+                lower[number, k], upper[number, k] = (p.lower - p.null) / p.scale, (p.upper - p.null) / p.scale
+        sized = np.array([bool(signature.strengths) for signature in signatures])
+        return cls(ResidualColumns.of(rows.reshape(len(rows), -1), blocks, held), lower, upper, sized)
+
+    def _products(self, marginal: MarginalLikelihood, kind: str, errors: ErrorModel) -> tuple[Array, Array]:
+        """Products (1 + n, g, m) of a model's columns with these, and (g, m, m) of each signature's own."""
+        key = (kind, getattr(errors, kind))
+        if key not in self.known:
+            whitenings = marginal.whitenings(kind, errors)
+            X = self.columns.white(kind, whitenings).reshape(-1, *self.lower.shape)
+            own = np.einsum("rgi,rgj->gij", X, X)
+            self.known[key] = np.tensordot(marginal.columns.white(kind, whitenings), X, (0, 0)), own
+        return self.known[key]
+
+    def beside(self, marginal: MarginalLikelihood, about: AboutFit, errors: ErrorModel) -> _Gains:
+        """What they gain beside a model with these errors."""
+        pairs = [self._products(marginal, kind, errors) for kind in KINDS]
+        shared, own = (np.sum(each, axis=0) for each in zip(*pairs, strict=True))
+        free = about.free
+        by_unknowns = shared[1:][free].reshape(np.count_nonzero(free), -1)
+        taken_over = cho_solve(cho_factor(about.information[np.ix_(free, free)]), by_unknowns)
+        grouped = (-1, *self.lower.shape)
+        taken_over, by_unknowns = taken_over.reshape(grouped), by_unknowns.reshape(grouped)
+        D = own - np.einsum("ngi,ngj->gij", by_unknowns, taken_over)
+        u = shared[0] - np.tensordot(about.step[free], by_unknowns, 1)
+        with_prior = D + np.eye(D.shape[1])
+        amount = np.clip(np.linalg.solve(with_prior, u[..., None])[..., 0], self.lower, self.upper)
+        fall = 2 * u - np.einsum("gij,gj->gi", D, amount) - self.sized[:, None] * amount
+        volume = np.where(self.sized, np.linalg.slogdet(with_prior)[1], 0.0)
+        return _Gains(D, u, amount, 0.5 * (np.einsum("gi,gi->g", amount, fall) - volume))
+
+
+@dataclass(frozen=True)
+class _Gains:
+    """First order of all signatures with some errors: D (g, m, m), u and amounts (g, m), and log Bayes factors (g,)."""
+
+    D: Array
+    u: Array
+    amount: Array
+    log_bayes: Array
+
+    def score(self, number: int, signature: _Signature, more: float) -> Score:
+        """The score of one signature, whose gain counts with so much more."""
+        hypothesis, strengths = signature.hypothesis, signature.strengths
+        log_bayes = float(self.log_bayes[number] + more)
+        if not strengths:
+            return Score(hypothesis, 0.0, np.inf, log_bayes)
+        count = len(strengths)
+        D, u, amount = self.D[number, :count, :count], self.u[number, :count], self.amount[number, :count]
+        scale, null = (np.array([getattr(p, name) for p in strengths]) for name in ("scale", "null"))
+        # First order is trusted within the prior's scale; a start at nothing at all would have no slope to follow.
+        begun = np.array([hypothesis.values[p.name] for p in strengths]) - null
+        size = np.copysign(np.clip(np.abs(amount), 1e-3, 1.0), np.where(amount == 0, begun, amount)) * scale
+        each = zip(strengths, null, size, strict=True)
+        values = {p.name: float(np.clip(n + s, p.lower, p.upper)) for p, n, s in each}
+        covariance = np.linalg.pinv(D)
+        felt = bool(D[0, 0] > 0)
+        return Score(
+            replace(hypothesis, values={**hypothesis.values, **values}, std={}),
+            float(covariance[0] @ u) * scale[0] if felt else 0.0,
+            float(scale[0] * np.sqrt(covariance[0, 0])) if felt else np.inf,
+            log_bayes,
+        )
 
 
 def _starts(parameters: tuple[Parameter, ...]) -> Iterator[dict[str, float]]:

@@ -9,7 +9,8 @@ import numpy as np
 from twin.diagnose.cause import Cause
 from twin.diagnose.fitted_model import FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.model_evidence import Tolerances, fit_with_errors, infer_errors, with_spread
+from twin.diagnose.marginal_likelihood import ResidualColumns
+from twin.diagnose.model_evidence import fit_with_errors, infer_errors, with_spread
 from twin.diagnose.posterior import log_weight
 from twin.diagnose.selection.racing import USUAL, Effort, Race, likeliest, once_more
 from twin.diagnose.selection.rivals import Report, fitted_rivals
@@ -43,7 +44,7 @@ class Stage:
         Whether the first of them is more probable than the model without.
     unknown : float
         Log evidence of the more probable of both with errors of any size.
-    tolerances : Tolerances
+    tolerances : ResidualColumns
         What a sound rig may have of every cause.
     complete : bool
         Whether the time allowed for all of it; nothing is accepted otherwise.
@@ -54,7 +55,7 @@ class Stage:
     rivals: tuple[FittedModel, ...]
     accepted: bool
     unknown: float
-    tolerances: Tolerances
+    tolerances: ResidualColumns
     complete: bool = True
 
     @property
@@ -145,7 +146,7 @@ def _one_more(
     report("scoring causes" if not model.hypotheses else f"scoring causes beside {model.name}")
     start_of_rivals = _following(evidence, harmonics, model)
     left = {} if time_is_up() else _beside(model, causes)
-    scores, tolerances = score_causes(evidence, harmonics, start_of_rivals, left)
+    scores, tolerances = score_causes(evidence, harmonics, start_of_rivals, left, errors=model.errors)
     before = _weighed(evidence, harmonics, model, tolerances)
     rivals: tuple[FittedModel, ...] = ()
     if len(model.hypotheses) < most:
@@ -175,7 +176,7 @@ def _one_less(
     were.
     """
     evidence, harmonics = data
-    found: list[tuple[FittedModel, FittedModel, list[Score], Tolerances]] = []
+    found: list[tuple[FittedModel, FittedModel, list[Score], ResidualColumns]] = []
     for earlier in model.hypotheses[:-1]:
         if time_is_up():
             return None
@@ -218,7 +219,7 @@ def _taken_up(data: _Reduced, best: FittedModel, report: Report) -> tuple[_Reduc
     return _Reduced(evidence, harmonics), model
 
 
-def _with_any_error(data: _Reduced, model: FittedModel, tolerances: Tolerances) -> float:
+def _with_any_error(data: _Reduced, model: FittedModel, tolerances: ResidualColumns) -> float:
     """Log evidence of the model with errors of any size."""
     problem = FitProblem(*data, model.baseline, model.hypotheses, errors=model.errors)
     return infer_errors(problem, tolerances, free=True)[1]
@@ -243,7 +244,7 @@ def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, mode
 
 
 def _weighed(
-    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, tolerances: Tolerances
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, tolerances: ResidualColumns
 ) -> FittedModel:
     """The model with its log evidence beside what sound rigs have of every cause."""
     problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, errors=model.errors)

@@ -40,6 +40,9 @@ class Discrepancy:
     ratio: float
 
 
+OF_BROADBAND, OF_STEPS = slice(0, 2), slice(2, 4)
+OF_HARMONICS, OF_SHIFTS, OF_SOFTENING, OF_LOSS = range(4, 8)
+"""Where :attr:`ErrorModel.log_sizes` has each."""
 HELD_MEAN = 1e6
 """Precision of the sum of the shifts of sweeps about one mode: a thousandth of one is nothing."""
 
@@ -71,6 +74,21 @@ class ErrorModel:
     roughness: tuple[float, float] = (1.6, 7.8)
     harmonics: float = 1.0
     shifts: float = 1.0
+
+    @property
+    def log_sizes(self) -> Array:
+        """Logarithms (8,) of what is inferred: errors of stiffness and ratio of both kinds of data, and the others."""
+        kinds = (self.broadband, self.steps)
+        pairs = [size for kind in kinds for size in (kind.stiffness, kind.ratio)]
+        return np.log([*pairs, self.harmonics, self.shifts, *self.roughness])
+
+    def with_log_sizes(self, log_sizes: Array) -> ErrorModel:
+        """The same with others of these."""
+        sizes = np.exp(log_sizes).tolist()
+        return replace(
+            self, broadband=Discrepancy(*sizes[OF_BROADBAND]), steps=Discrepancy(*sizes[OF_STEPS]),
+            harmonics=sizes[OF_HARMONICS], shifts=sizes[OF_SHIFTS], roughness=(sizes[OF_SOFTENING], sizes[OF_LOSS]),
+        )  # fmt: skip
 
     def loosened(self, stiffness: float, frequency: float, moduli: float) -> ErrorModel:
         """The same with errors of stiffness no smaller than this, and of ratios three times that."""
@@ -117,7 +135,7 @@ def continuation(errors: ErrorModel) -> tuple[ErrorModel, ...]:
 
 
 def log_prior(errors: ErrorModel, sound: ErrorModel = SOUND, *, free: bool = False) -> float:
-    """Log density of the logarithms of errors and roughness.
+    """Log density of :attr:`ErrorModel.log_sizes`.
 
     Parameters
     ----------
@@ -126,21 +144,11 @@ def log_prior(errors: ErrorModel, sound: ErrorModel = SOUND, *, free: bool = Fal
     free
         Whether those of stiffness may have any size up to :data:`LIMITS.error_model_any`, over a sound rig's.
     """
-    total = sum(_log_normal(own / usual) for own, usual in zip(errors.roughness, sound.roughness, strict=True))
-    total += _log_normal(errors.harmonics / sound.harmonics) + _log_normal(errors.shifts / sound.shifts)
-    for kind in ("steps", "broadband"):
-        for name in ("stiffness", "ratio"):
-            ratio = getattr(getattr(errors, kind), name) / getattr(getattr(sound, kind), name)
-            if free and name == "stiffness":
-                total -= np.log(np.log(LIMITS.error_model_any))
-            else:
-                total += _log_normal(ratio)
-    return float(total)
-
-
-def _log_normal(ratio: float) -> float:
-    """Log density of the logarithm of a number over its median."""
-    return float(-0.5 * (np.log(ratio) / SPREAD) ** 2 - np.log(np.sqrt(2 * np.pi) * SPREAD))
+    away = (errors.log_sizes - sound.log_sizes) / SPREAD
+    each = -0.5 * away**2 - np.log(np.sqrt(2 * np.pi) * SPREAD)
+    if free:
+        each[[OF_BROADBAND.start, OF_STEPS.start]] = -np.log(np.log(LIMITS.error_model_any))
+    return float(np.sum(each))
 
 
 SHIFT = 6e-5

@@ -303,7 +303,7 @@ def test_another_mean_over_the_layer_s_elements_is_tolerated(measured, baseline,
     left = []
     for law in (at, baseline):
         tolerances = score_causes(measured, None, model_at(law), {})[1]
-        columns = tolerances.whitened(plain.blocks, held)
+        columns = tolerances.whitened(held)
         left.append(np.linalg.norm(change - columns @ np.linalg.lstsq(columns, change)[0]) / np.linalg.norm(change))
     assert left[0] < 0.05
     assert left[1] > 0.5

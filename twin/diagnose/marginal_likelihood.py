@@ -1,0 +1,199 @@
+"""The marginal likelihood of a fitted model as a function of how wrong the model is taken to be.
+
+It is Laplace's: a Gaussian integral over all parameters about the fit, of the linearised residuals with whatever
+covariance.  So no other size of the errors needs another fit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from twin.arrays import Array
+from twin.diagnose.fitted_model import FitProblem
+from twin.identify.gauss_newton import not_held_back
+from twin.identify.residuals.error_model import ErrorModel, ErrorSources
+from twin.identify.residuals.linearisation import Linearisation
+from twin.identify.residuals.whitening import Whitening
+
+__all__ = ["KINDS", "AboutFit", "MarginalLikelihood", "ResidualColumns", "tolerances_of"]
+
+KINDS = ("broadband", "steps", "harmonics")
+"""Of data, in the order of a residual's blocks."""
+
+
+@dataclass(frozen=True)
+class ResidualColumns:
+    """Columns of the residuals, such as their sensitivities, that are not whitened.
+
+    Attributes
+    ----------
+    broadband : tuple of ndarray, (b, o, k)
+    steps : ndarray, (s, 2 o, k)
+    harmonics : ndarray, (s, h, o, k)
+    """
+
+    broadband: tuple[Array, ...]
+    steps: Array
+    harmonics: Array
+
+    @classmethod
+    def of(cls, rows: Array, blocks: tuple[tuple[str, slice], ...], held: Linearisation) -> ResidualColumns:
+        """From columns (r, k) of a residual that was whitened with what is held."""
+        where = dict(blocks)
+
+        def complex_ones(name: str, whitening: Whitening) -> Array:
+            real, imaginary = np.split(rows[where[name]], 2)
+            return whitening.undone((real + 1j * imaginary) / np.sqrt(2))
+
+        harmonics = np.zeros((0, 0, 0, rows.shape[1]), complex)
+        if "harmonics" in where:
+            assert held.harmonics is not None
+            harmonics = complex_ones("harmonics", held.harmonics)
+        return cls(
+            tuple(complex_ones(f"broadband {number}", white) for number, white in enumerate(held.broadband)),
+            held.steps.undone(rows[where["steps"]] if "steps" in where else rows[:0]),
+            harmonics,
+        )
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return int(self.harmonics.shape[-1])
+
+    def beside(self, others: ResidualColumns) -> ResidualColumns:
+        """These and then the others."""
+        pairs = zip(self.broadband, others.broadband, strict=True)
+        return ResidualColumns(
+            tuple(np.concatenate(pair, axis=-1) for pair in pairs),
+            np.concatenate([self.steps, others.steps], axis=-1),
+            np.concatenate([self.harmonics, others.harmonics], axis=-1),
+        )
+
+    def white(self, kind: str, whitenings: tuple[Whitening, ...]) -> Array:
+        """Those of one kind of data whitened (r, k); a complex number counts as two real ones."""
+        blocks = self.broadband if kind == "broadband" else (getattr(self, kind),)
+        found = [np.zeros((0, self.count))]
+        for values, whitening in zip(blocks, whitenings, strict=False):
+            white = whitening.columns(values)
+            found += [np.sqrt(2) * white.real, np.sqrt(2) * white.imag] if np.iscomplexobj(white) else [white]
+        return np.vstack(found)
+
+    def whitened(self, held: Linearisation) -> Array:
+        """As columns (r, k) of a residual that is whitened with what is held."""
+        harmonics = () if held.harmonics is None else (held.harmonics,)
+        whitenings = (held.broadband, (held.steps,), harmonics)
+        return np.vstack([self.white(kind, each) for kind, each in zip(KINDS, whitenings, strict=True)])
+
+
+def tolerances_of(columns: Array, blocks: tuple[tuple[str, slice], ...], held: Linearisation) -> ResidualColumns:
+    """Directions of the residuals in which sound rigs differ from any model, each with a standard normal amount.
+
+    No rig is exactly the nominal one: sensors, masses, dampers are a little off, and the mesh is coarse; and no rig is
+    the same from sweep to sweep.  What that does to the data is known, from the causes' signatures (r, k) and from the
+    sensitivities to natural frequencies where the shifts of these are no unknowns, and integrated over.
+    """
+    found = ResidualColumns.of(columns, blocks, held)
+    if len(held.baseline.shifts):
+        return found
+    assert held.made_of is not None
+    runs, sweeps = held.made_of.shifts
+    none = np.zeros((*found.harmonics.shape[:-1], sweeps.shape[2]))
+    return found.beside(ResidualColumns(runs, sweeps if len(sweeps) else found.steps[:, :, :0], none))
+
+
+@dataclass(frozen=True)
+class AboutFit:
+    """The Gaussian about a fit, with some errors.
+
+    Attributes
+    ----------
+    log_likelihood : float
+        Marginal.
+    information : ndarray, (n + k, n + k)
+        Inverse of the covariance of the unknowns and of the tolerances' amounts.
+    free : ndarray of bool, (n + k,)
+        Which of them no limit holds.
+    step : ndarray, (n + k,)
+        From the fit and no amounts to what is most probable; nothing for an unknown that its limit holds.
+    """
+
+    log_likelihood: float
+    information: Array
+    free: Array
+    step: Array
+
+
+class MarginalLikelihood:
+    """Log marginal likelihood of a model as a function of its errors, about a fit.
+
+    Parameters
+    ----------
+    problem
+        At a fit, see :attr:`FitProblem.x0`.
+    tolerances
+        See :func:`tolerances_of`; with None the shifts alone, where these are no unknowns.
+
+    Attributes
+    ----------
+    columns : ResidualColumns
+        The residual, the sensitivities to n unknowns, and the k directions of the tolerances.
+    """
+
+    def __init__(self, problem: FitProblem, tolerances: ResidualColumns | None) -> None:
+        x = problem.x0
+        problem.weigh(x)
+        residual, jacobian = problem.evaluate(x)
+        assert problem.held.made_of is not None
+        self._made_of: ErrorSources = problem.held.made_of
+        if tolerances is None:
+            tolerances = tolerances_of(np.zeros((len(residual), 0)), problem.blocks, problem.held)
+        rows = np.column_stack([residual, jacobian])
+        self.columns = ResidualColumns.of(rows, problem.blocks, problem.held).beside(tolerances)
+        count = tolerances.count
+        self._away = np.append(x - problem.mean, np.zeros(count))
+        self._problem = problem
+        self._precision = block_diag(problem.precision, np.eye(count))
+        self._bounds = tuple(
+            np.append(limit, np.full(count, side))
+            for limit, side in zip(problem.bounds, (-np.inf, np.inf), strict=True)
+        )
+        self._x = np.append(x, np.zeros(count))
+        self._known: dict[tuple[str, object], tuple[Array, float]] = {}
+
+    def whitenings(self, kind: str, errors: ErrorModel) -> tuple[Whitening, ...]:
+        """Of the residuals of one kind of data."""
+        if kind == "broadband":
+            return self._made_of.of_broadband(errors.broadband)
+        if kind == "harmonics":
+            return () if self._problem.harmonics is None else (self._problem.harmonics.whitening(errors.harmonics),)
+        return (self._made_of.of_steps(errors.steps),) if len(self.columns.steps) else ()
+
+    def _products(self, kind: str, errors: ErrorModel) -> tuple[Array, float]:
+        """Products of the columns in one kind of data, and the log determinant of its covariance."""
+        key = (kind, getattr(errors, kind))
+        if key not in self._known:
+            whitenings = self.whitenings(kind, errors)
+            white = self.columns.white(kind, whitenings)
+            parts = 1 if kind == "steps" else 2
+            determinant = parts * sum(whitening.log_determinant() for whitening in whitenings)
+            self._known[key] = white.T @ white, determinant
+        return self._known[key]
+
+    def at(self, errors: ErrorModel) -> AboutFit:
+        """The likelihood, and what it is about, with these errors."""
+        products, determinants = zip(*(self._products(kind, errors) for kind in KINDS), strict=True)
+        gram, precision = np.sum(products, axis=0), self._precision.copy()
+        more = self._problem.more_precision(errors)
+        precision[: len(more), : len(more)] += more
+        information = gram[1:, 1:] + precision
+        pull = gram[1:, 0] - precision @ self._away
+        free = not_held_back(self._x, pull, *self._bounds)
+        step = np.zeros(len(pull))
+        step[free] = np.linalg.solve(information[np.ix_(free, free)], pull[free])
+        cost = gram[0, 0] + self._away @ precision @ self._away - pull @ step
+        volume = np.linalg.slogdet(information)[1] - np.linalg.slogdet(precision)[1]
+        log_likelihood = float(-0.5 * (cost + volume + sum(determinants))) - self._problem.log_prior_mass
+        return AboutFit(log_likelihood, information, free, step)
