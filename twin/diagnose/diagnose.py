@@ -19,19 +19,20 @@ from twin.diagnose.cause import Cause
 from twin.diagnose.effects import left_out_effects
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.marginal_likelihood import ResidualColumns
 from twin.diagnose.missing import find_missing_force
 from twin.diagnose.model_evidence import unexplained
 from twin.diagnose.models import CAUSES, DRIFTS
 from twin.diagnose.next_test import plan_next_test
+from twin.diagnose.residual_columns import ResidualColumns
 from twin.diagnose.selection.racing import THOROUGH, USUAL
 from twin.diagnose.selection.search import Report, Search, search_causes
 from twin.diagnose.set_aside import set_aside
 from twin.diagnose.signals import find_unsettled
 from twin.diagnose.sound_data import SoundData, sound_data
 from twin.diagnose.verdict import decide, named_causes, posterior_of, rivals_of
+from twin.identify.frequency_shifts import swept_modes
 from twin.identify.measured_data import MeasuredData, common_preload
-from twin.identify.residuals.error_model import SOUND, swept_modes
+from twin.identify.residuals.error_model import SOUND
 from twin.identify.residuals.harmonics import harmonic_residuals
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals

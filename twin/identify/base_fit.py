@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.frequency_shifts import unshifted
 from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import LARGEST_STEP, base_bounds
@@ -16,7 +17,7 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.nonlinear.balance import Added, Balance
 from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots, spacing, spline_basis
 from twin.identify.nonlinear.opening_harmonics import balance_openings
-from twin.identify.residuals.error_model import ErrorModel, continuation, unshifted
+from twin.identify.residuals.error_model import ErrorModel, continuation
 from twin.identify.residuals.frequency_model import FrequencyModel, starting_moduli
 from twin.identify.residuals.likelihood import nominal_base, residual_model, sound_errors
 from twin.identify.residuals.natural_frequencies import MeasuredFrequencies

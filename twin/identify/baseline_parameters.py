@@ -24,7 +24,7 @@ class BaselineParameters:
         so roughly that it matters.
     shifts : ndarray, (k,)
         How far all natural frequencies of each broadband run and of each sweep lie off, in units of
-        :data:`~twin.identify.residuals.error_model.SHIFT`; empty where there is one of these alone.
+        :data:`~twin.identify.frequency_shifts.SHIFT`; empty where there is one of these alone.
     """
 
     base: LinearParameters

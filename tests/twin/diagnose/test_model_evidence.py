@@ -9,14 +9,15 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fitted
-from twin.diagnose.marginal_likelihood import tolerances_of
 from twin.diagnose.model_evidence import infer_errors, with_spread
 from twin.diagnose.models import CAUSES
+from twin.diagnose.residual_columns import tolerances_of
+from twin.identify import frequency_shifts
 from twin.identify.base_fit import starting_baseline
 from twin.identify.gauss_newton import minimise
 from twin.identify.measured_data import gather_data
 from twin.identify.model_modification import ModelModification
-from twin.identify.residuals import error_model
+from twin.identify.residuals import error_model, residual_model
 from twin.identify.residuals.error_model import SOUND, Discrepancy, ErrorModel, log_prior
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.spectra.sweeps import rows_by_sweep
@@ -163,7 +164,8 @@ def test_a_sweep_that_is_shifted_as_a_whole_is_no_model_error(measured, baseline
     inferred, with_shifts = infer_errors(problem, None)
     assert inferred.steps.stiffness < SOUND.steps.stiffness
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(error_model, "SHIFT", 1e-12)
+        for module in (error_model, frequency_shifts, residual_model):
+            patch.setattr(module, "SHIFT", 1e-12)
         inferred, without = infer_errors(problem, None)
     assert inferred.steps.stiffness > 3 * SOUND.steps.stiffness
     assert with_shifts > without + 100

@@ -13,6 +13,7 @@ from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward.linear_forward_model import LinearForwardModel
 from twin.identify.forward.shaker_impedance import drive_stiffness
+from twin.identify.frequency_shifts import shift_of_run, shift_of_steps
 from twin.identify.limits import LIMITS
 from twin.identify.linear.structural_modification import attach, update_receptance
 from twin.identify.measured_data import MeasuredData
@@ -93,7 +94,7 @@ class ForwardModel(LinearForwardModel):
     ) -> tuple[Array, Array]:
         """Receptances at the run's time, without local nonlinear forces; and the rig's own omega."""
         time, base = self.run_times(data, omega), baseline.base.shifted(data.frequency_offset)
-        omega = self.clock(omega, time)
+        omega = self.clock(omega, time) / (1 + shift_of_run(self.evidence, data, baseline.shifts))
         return self.receptance(omega, base, time, inner=inner, drive=data.drive), omega
 
     def noise_motion(self, R: Array, omega: Array, data: BinnedResponse) -> tuple[NoiseMotion, ...]:
@@ -111,6 +112,11 @@ class ForwardModel(LinearForwardModel):
         """Receptances with the linear substitutes of the local nonlinear forces at this :meth:`noise_motion`."""
         return attach(R, self.nonlinear_ports, self.local.substitutes(motion, omega))
 
+    def step_omega(self, baseline: BaselineParameters) -> Array:
+        """Complex frequencies (s,) at which the model without drift and shift responds as the rig does at the steps."""
+        omega = self.clock(self.evidence.steps.complex_omega, self.step_times)
+        return np.asarray(omega / (1 + shift_of_steps(self.evidence, baseline.shifts)))
+
     def step_receptance(
         self, baseline: BaselineParameters, *, inner: bool = True, held: Balance | None = None
     ) -> tuple[Array, Array, Balance]:
@@ -122,7 +128,7 @@ class ForwardModel(LinearForwardModel):
             A balance nearby: what the harmonics added there is added here, too, instead of being found anew.
         """
         time = self.step_times
-        omega = self.clock(self.evidence.steps.complex_omega, time)
+        omega = self.step_omega(baseline)
         free = self.receptance(omega, baseline.base, time, inner=inner, points=True, drive=self.evidence.steps.drive)
         around = self.surroundings(free, omega)
         if held is not None:
@@ -210,7 +216,7 @@ class ForwardModel(LinearForwardModel):
         at = self.moving[: 2 * p]
         compliance, driven = [], []
         around = around or [self.at_harmonic(h, baseline, balance) for h in orders]
-        for (R, force, _), own in zip(around, self.forced_harmonics(balance, orders), strict=True):
+        for (R, force, _), own in zip(around, self.forced_harmonics(baseline, balance, orders), strict=True):
             compliance.append(R[:, at[:, None], at[:p]])
             by_own = R[:, at][:, :, self.nonlinear_ports] @ own[:, :, None]
             driven.append(R[:, at, drive] * force[:, None] - by_own[:, :, 0])
@@ -221,9 +227,9 @@ class ForwardModel(LinearForwardModel):
             points_driven[:, :, p:],
         )  # fmt: skip
 
-    def forced_harmonics(self, balance: Balance, orders: Sequence[int]) -> Array:
+    def forced_harmonics(self, baseline: BaselineParameters, balance: Balance, orders: Sequence[int]) -> Array:
         """Harmonics (h, s, m) of the nonlinear forces at a balance."""
-        omega = self.clock(self.evidence.steps.omega, self.step_times)
+        omega = self.step_omega(baseline).real
         return self.local_at(balance).harmonics_of(orders, balance.motion[:, 2 * len(self.points) :], omega)
 
     def _secant(self, balance: Balance) -> Array:
@@ -236,7 +242,7 @@ class ForwardModel(LinearForwardModel):
     def _free_at_harmonic(self, h: int, baseline: BaselineParameters, *, inner: bool = False) -> Free:
         """Receptances at a multiple of the drive frequency without the joint's law, and omega."""
         time = self.step_times
-        omega = h * self.clock(self.evidence.steps.omega, time)
+        omega = h * self.step_omega(baseline).real
         drive = self.evidence.steps.drive
         return self.receptance(omega, baseline.base, time, inner=inner, points=True, drive=drive), omega
 

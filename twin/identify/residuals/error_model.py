@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import Array
+from twin.identify.frequency_shifts import SHIFT
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import MODULI_STD
-from twin.identify.measured_data import MeasuredData, StepArrays
+from twin.identify.measured_data import StepArrays
 from twin.identify.residuals.whitening import Whitening
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.identify.spectra.sweeps import rows_by_sweep
@@ -64,7 +65,8 @@ class ErrorModel:
     harmonics : float
         Error of each point's share in the odd harmonics, over :data:`LIMITS.share_error`.
     shifts : float
-        Prior of how far all resonances of a run or sweep lie off, over :data:`SHIFT`.
+        Prior of how far all resonances of a run or sweep lie off, over
+        :data:`~twin.identify.frequency_shifts.SHIFT`.
     """
 
     steps: Discrepancy
@@ -99,7 +101,7 @@ class ErrorModel:
         return replace(self, steps=steps, broadband=broadband, frequency=frequency, moduli=moduli)
 
     def shift_precision(self, about: NDArray[np.int64]) -> Array:
-        """Precision (k, k) of shifts, see :func:`swept_modes`.
+        """Precision (k, k) of shifts, see :func:`~twin.identify.frequency_shifts.swept_modes`.
 
         A natural frequency is what the sweeps about it have in the mean: a broadband run moves the joints otherwise,
         sweeps about other modes are off by those modes' discrepancies, and neither is theirs to share.
@@ -149,31 +151,6 @@ def log_prior(errors: ErrorModel, sound: ErrorModel = SOUND, *, free: bool = Fal
     if free:
         each[[OF_BROADBAND.start, OF_STEPS.start]] = -np.log(np.log(LIMITS.error_model_any))
     return float(np.sum(each))
-
-
-SHIFT = 6e-5
-"""Standard deviation of what all natural frequencies of one run or sweep are off by, relative: half a kelvin between
-them, and a steel whose modulus falls by 2.4e-4 per kelvin."""
-
-
-def unshifted(evidence: MeasuredData) -> Array:
-    """Shifts (k,) of each broadband run and sweep to begin with; none of one alone, which no other differs from."""
-    count = len(evidence.broadband) + len(rows_by_sweep(evidence.steps.states))
-    return np.zeros(count if count > 1 else 0)
-
-
-def swept_modes(evidence: MeasuredData, count: int) -> NDArray[np.int64]:
-    """Number (k,) of the mode that each sweep is about, as :func:`unshifted` has them; -1 of a broadband run.
-
-    And of all, where so many shifts are those of other recordings.
-    """
-    if count != len(unshifted(evidence)) or not count:
-        return np.full(count, -1)
-    omega_r = evidence.model.basis.omega
-    omega_r = omega_r[omega_r > 0]
-    sweeps = [np.median(evidence.steps.omega[rows]) for rows in rows_by_sweep(evidence.steps.states).values()]
-    about = [int(np.argmin(np.abs(np.log(omega / omega_r)))) for omega in sweeps]
-    return np.array([-1] * len(evidence.broadband) + about, np.int64)
 
 
 class ErrorSources(Protocol):

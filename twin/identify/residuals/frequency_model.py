@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.frequency_shifts import SHIFT
 from twin.identify.limits import LIMITS
 from twin.identify.linear.changed_model import changed_structure
 from twin.identify.linear.linear_fit import base_prior
 from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.model_modification import Attachment, ModelModification
-from twin.identify.residuals.error_model import SHIFT, SOUND, Discrepancy, ErrorModel
+from twin.identify.residuals.error_model import SOUND, Discrepancy, ErrorModel
 from twin.identify.residuals.linearisation import Linearisation
 from twin.identify.residuals.natural_frequencies import MeasuredFrequencies, StateFrequencies
 from twin.identify.residuals.prediction import Prediction

@@ -78,7 +78,7 @@ def harmonic_fields(
     """
     steps, model, points = residual_model.evidence.steps, residual_model.step_model, residual_model.points
     time = residual_model.step_times
-    first = stretch * residual_model.clock(steps.omega, time)
+    first = stretch * residual_model.step_omega(baseline).real
     at = residual_model.moving[: 2 * len(points)]
     springs = balance.stiffness[:, : 2 * len(points)]
     opening = balance.motion[:, : len(points)]
@@ -122,6 +122,16 @@ def _made_by_each_point(
     for number, order in enumerate(openings.orders):
         found[:, (orders == order) & (orders % 2 == 1)] = made[:, number, None]
     return found
+
+
+def by_added_stiffness(residual_model: ResidualModel, baseline: BaselineParameters) -> Array:
+    """Changes (s, o) of the steps' residuals where harmonics add as much again to the fundamental's stiffness."""
+    R, omega, balance = residual_model.step_receptance(baseline)
+    motion, influence = residual_model.port_motion(R, omega)
+    more = balance.more[:, :, None]
+    changes = influence.motion @ more, influence.response @ more
+    followed = residual_model.local.follow(baseline.laws, np.abs(motion), omega, influence, *changes, balance.added)
+    return np.asarray(residual_model.measured_over_predicted(R, omega) * followed[1][:, :, 0])
 
 
 def _even_error(

@@ -8,7 +8,6 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.measured_data import MeasuredData
 from twin.identify.nonlinear.balance import Balance
 from twin.identify.nonlinear.opening_harmonics import OpeningBalance, Openings
 from twin.identify.residuals.error_model import ErrorSources
@@ -77,17 +76,6 @@ class Linearisation:
         if self.balance is None or self.by_causes is None:
             return self
         return replace(self, balance=with_more(self.balance, self.by_causes @ change))
-
-    def by_shifts(self, evidence: MeasuredData, count: int) -> tuple[tuple[Array, ...], Array]:
-        """Changes of residuals of broadband runs (b, o, k) and of steps (s, 2 o, k) with so many shifts of frequencies.
-
-        To first order, for they are parts of a resonance's width.  Other recordings feel nothing of them.
-        """
-        if count and self.made_of is not None and count == self.made_of.shifts[1].shape[2]:
-            return self.made_of.shifts
-        outputs = len(evidence.channels)
-        runs = tuple(np.zeros((len(data.omega), outputs, count)) for data in evidence.broadband)
-        return runs, np.zeros((len(evidence.steps), 2 * outputs, count))
 
     def derivative(self, baseline: BaselineParameters) -> Array | None:
         """Where there are :attr:`by_unknowns`, and by these parameters: laws have knots of their own."""

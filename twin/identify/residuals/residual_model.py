@@ -13,6 +13,7 @@ import numpy as np
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward.forward_model import AtHarmonic, ForwardModel
+from twin.identify.frequency_shifts import SHIFT, own_shifts, shifted_sweeps, swept_modes
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import base_prior
 from twin.identify.linear.linear_model import LinearModel, nominal_parameters
@@ -22,7 +23,7 @@ from twin.identify.nonlinear.balance import Balance
 from twin.identify.nonlinear.joint_law import curve_precision
 from twin.identify.nonlinear.local_forces import Influence
 from twin.identify.nonlinear.opening_harmonics import balance_openings, stiffness_sensitivity
-from twin.identify.residuals.error_model import SOUND, Covariances, ErrorModel, swept_modes
+from twin.identify.residuals.error_model import SOUND, Covariances, ErrorModel
 from twin.identify.residuals.linearisation import Linearisation, LostContact, with_more
 from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.whitening import HarmonicResiduals, Whitening
@@ -95,16 +96,15 @@ class ResidualModel(ForwardModel):
 
     def _blocks(self, baseline: BaselineParameters, sensitivities: bool) -> list[tuple[str, tuple[Array, Array]]]:
         held = self._held or self.linearisation(baseline, sensitivities=sensitivities)
-        of_runs, of_steps = held.by_shifts(self.evidence, len(baseline.shifts))
         out = [
-            (f"broadband {i}", self._broadband(i, baseline, *each, sensitivities))
-            for i, each in enumerate(zip(held.broadband, of_runs, strict=True))
+            (f"broadband {i}", self._broadband(i, baseline, whitening, sensitivities))
+            for i, whitening in enumerate(held.broadband)
         ]
         if len(self.evidence.steps):
             near = self.balance_at(held, baseline)
             R, omega, balance = self.step_receptance(baseline, inner=sensitivities, held=near)
             change = self._step_changes(baseline, R, omega, balance, held) if sensitivities else None
-            out.append(("steps", self._steps(baseline, R, omega, held.steps, of_steps, change)))
+            out.append(("steps", self._steps(baseline, R, omega, held.steps, change)))
             if self.harmonics is not None:
                 whitening = held.harmonics or self.harmonics.whitening(self.errors.harmonics)
                 out.append(("harmonics", self._harmonics(baseline, R, balance, whitening, change)))
@@ -127,27 +127,26 @@ class ResidualModel(ForwardModel):
         return (self.added_by(baseline, found, openings, harmonics) - found.more)[:, : 2 * len(self.points)]
 
     def _broadband(
-        self, index: int, baseline: BaselineParameters, whitening: Whitening, by_shifts: Array, sensitivities: bool
+        self, index: int, baseline: BaselineParameters, whitening: Whitening, sensitivities: bool
     ) -> tuple[Array, Array]:
         data = self.evidence.broadband[index]
         shows = len(baseline.shown) > 0
         R, omega = self.felt_receptance(data, baseline, inner=sensitivities or shows)
         # log of the ratio: the paper's dB residual and the phase at once, and no false minima of hidden resonances.
-        log_ratio = np.log(data.H / self.responses(R, omega)) - by_shifts @ baseline.shifts
+        log_ratio = np.log(data.H / self.responses(R, omega))
         if shows:
             by_shown = self.by_shown(R, omega)
             log_ratio = log_ratio - by_shown @ baseline.shown
-        r, root = whitening(log_ratio), np.sqrt(2.0)
-        residual = root * np.concatenate([r.real, r.imag])
+        residual = _real_ones(whitening(log_ratio))
         jacobian = np.zeros((len(residual), len(baseline.vector)))
         if sensitivities:
-            J = whitening.columns(self._broadband_change(data, baseline, R, omega))
-            jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
-            J = whitening.columns(by_shifts)
-            jacobian[:, baseline.of_shifts] = root * np.vstack([J.real, J.imag])
+            change = self._broadband_change(data, baseline, R, omega)
+            jacobian[:, : change.shape[2]] = _real_ones(whitening.columns(change))
+            if own_shifts(self.evidence, baseline.shifts):
+                by_shift = SHIFT * change[:, :, baseline.blocks["frequency_discrepancy"]].sum(axis=2)
+                jacobian[:, baseline.of_shifts.start + index] = _real_ones(whitening(by_shift))
             if shows:
-                J = whitening.columns(by_shown)
-                jacobian[:, baseline.of_shown] = root * np.vstack([J.real, J.imag])
+                jacobian[:, baseline.of_shown] = _real_ones(whitening.columns(by_shown))
         return residual, jacobian
 
     def _broadband_change(self, data: BinnedResponse, baseline: BaselineParameters, R: Array, omega: Array) -> Array:
@@ -158,21 +157,20 @@ class ResidualModel(ForwardModel):
         return np.asarray(self.measured_change(change, omega) / self.responses(R, omega)[:, :, None])
 
     def _steps(
-        self, baseline: BaselineParameters, R: Array, omega: Array, whitening: Whitening, by_shifts: Array,
+        self, baseline: BaselineParameters, R: Array, omega: Array, whitening: Whitening,
         change: tuple[Array, Array] | None,
     ) -> tuple[Array, Array]:  # fmt: skip
         """Residuals of the inverse response, which is nearly linear in every stiffness, times the measured one."""
-        ratio = self._measured_over_predicted(R, omega)
+        ratio = self.measured_over_predicted(R, omega)
         r = ratio - 1
-        white = whitening(np.concatenate([r.real, r.imag], axis=1) - by_shifts @ baseline.shifts)
+        white = whitening(np.concatenate([r.real, r.imag], axis=1))
         if change is None:
             return white, np.zeros((len(white), len(baseline.vector)))
         J = ratio[:, :, None] * change[0]
-        columns = np.concatenate([J.real, J.imag], axis=1)
-        columns[:, :, baseline.of_shifts] = by_shifts
-        return white, whitening.columns(columns)
+        return white, whitening.columns(np.concatenate([J.real, J.imag], axis=1))
 
-    def _measured_over_predicted(self, R: Array, omega: Array) -> Array:
+    def measured_over_predicted(self, R: Array, omega: Array) -> Array:
+        """Responses (s, o) of the steps, over those that these receptances make of the measured force."""
         steps = self.evidence.steps
         return np.asarray(steps.response[:, :, 0] / (self.responses(R, omega) * steps.force[:, :1]))
 
@@ -198,14 +196,14 @@ class ResidualModel(ForwardModel):
             R, omega, balance = state
             stiffness = by_stiffness(self._step_changes(baseline, R, omega, balance)[0])
             amplitude = self._by_amplitude(baseline, R, omega, balance)
-            ratio = self._measured_over_predicted(R, omega)
+            ratio = self.measured_over_predicted(R, omega)
         return Covariances(
             self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, self.evidence.reference, ratio
         )
 
     def _by_amplitude(self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance) -> Array:
         """D log response (s, o) / d log amplitude of the reference channel: through the law and the local forces."""
-        motion, influence = self._port_motion(R, omega)
+        motion, influence = self.port_motion(R, omega)
         ones = np.ones((*motion.shape, 1), complex)
         still = np.zeros((len(motion), len(self.evidence.channels), 1), complex)
         followed = self.local.follow(baseline.laws, np.abs(motion), omega, influence, ones, still, balance.added)
@@ -237,7 +235,7 @@ class ResidualModel(ForwardModel):
         harmonics = balance_openings(baseline.laws, openings, self.slaps)
         lossier = [loss for _, loss in self.local.by_law(baseline.laws, np.abs(found.motion))]
         moved = np.zeros((*harmonics.motion.shape, len(baseline.blocks)), complex)
-        own_forces = self.forced_harmonics(found, openings.orders)
+        own_forces = self.forced_harmonics(baseline, found, openings.orders)
         for order, (h, (R, force, omega)) in enumerate(zip(openings.orders, around, strict=True)):
             by_force = np.einsum("spq,sq->sp", R[:, :, opening], harmonics.force[:, order])
             by_force += np.einsum("spq,sq->sp", R[:, :, self.nonlinear_ports], own_forces[order])
@@ -271,7 +269,7 @@ class ResidualModel(ForwardModel):
         ]
         return np.stack(read, axis=1)
 
-    def _port_motion(self, R: Array, omega: Array) -> tuple[Array, Influence]:
+    def port_motion(self, R: Array, omega: Array) -> tuple[Array, Influence]:
         """Complex amplitudes (s, n) at the moving ports, m, and how stiffness there changes things.
 
         The amplitudes follow from the measured motion of the reference channel, not from the force: near a sharp
@@ -295,7 +293,7 @@ class ResidualModel(ForwardModel):
         assert self.harmonics is not None
         added = np.zeros_like(self.harmonics.residual)
         if self.modification.nonlinear:
-            added = added + self._by_local_forces(self.local.harmonics(*self._forced(R))[..., None])[..., 0]
+            added = added + self._by_local_forces(self.local.harmonics(*self._forced(baseline, R))[..., None])[..., 0]
         return added + self._by_lost_contact(baseline, balance) if self.modification.opening else added
 
     def _by_lost_contact(self, baseline: BaselineParameters, balance: Balance) -> Array:
@@ -327,7 +325,7 @@ class ResidualModel(ForwardModel):
         if self.modification.opening:
             residual = residual - self._by_lost_contact(baseline, balance)
         if self.modification.nonlinear:
-            forced = self._forced(R)
+            forced = self._forced(baseline, R)
             forces = self.local.harmonics(*forced)
             residual = residual - self._by_local_forces(forces[..., None])[..., 0]
         r = self.harmonics.whiten(residual, whitening)
@@ -374,7 +372,7 @@ class ResidualModel(ForwardModel):
         outputs = len(self.evidence.channels)
         response = self.log_response_change(change[:, :outputs], R, omega)
         moved = change[:, outputs:] / into[:, moving, None] - response[:, self.evidence.reference, None]
-        motion, influence = self._port_motion(R, omega)
+        motion, influence = self.port_motion(R, omega)
         amplitude, points = np.abs(motion), len(self.points)
         by_harmonics = held.derivative(baseline) if held is not None else None
         if by_harmonics is not None:
@@ -390,11 +388,20 @@ class ResidualModel(ForwardModel):
                 response[:, :, columns] += influence.response[:, :, which] @ k
                 moved[:, :, columns] += influence.motion[:, :, which] @ k
         moved, response = self.local.follow(baseline.laws, amplitude, omega, influence, moved, response, balance.added)
+        for number, rows in shifted_sweeps(self.evidence, baseline.shifts):
+            for each in (response, moved):
+                by_frequencies = each[rows][:, :, baseline.blocks["frequency_discrepancy"]]
+                each[rows, :, baseline.of_shifts.start + number] = SHIFT * by_frequencies.sum(axis=2)
         return response, moved
 
-    def _forced(self, R: Array) -> tuple[Array, int, Array]:
+    def _forced(self, baseline: BaselineParameters, R: Array) -> tuple[Array, int, Array]:
         """Motion at the nonlinear forces' ports, how many harmonics are wanted, and omega."""
         assert self.harmonics is not None
-        omega = self.clock(self.evidence.steps.complex_omega, self.step_times)
-        motion, _ = self._port_motion(R, omega)
+        omega = self.step_omega(baseline)
+        motion, _ = self.port_motion(R, omega)
         return motion[:, 2 * len(self.points) :], int(self.harmonics.orders[-1]), omega.real
+
+
+def _real_ones(white: Array) -> Array:
+    """Whitened complex numbers (k, ...) as twice as many real ones of unit variance."""
+    return np.sqrt(2.0) * np.concatenate([white.real, white.imag])
