@@ -25,11 +25,16 @@ class Limits:
     # exclusion.py
     exclusion_limit_95: float = 1.645
     """Standard deviations below which 95 % of a normal distribution lie."""
+    # gaussian_process.py
+    gaussian_process_felt: float = 0.01
+    """Least variance of a column, summed over its points: a tenth of the process's deviation at one of them."""
     # model_evidence.py
     model_evidence_roughness: tuple[float, float] = (-2.5, 4.5)
     """Logarithm of the roughness over a sound rig's in which the likeliest is looked for."""
     model_evidence_size: tuple[float, float] = (-3.5, 5.0)
-    """The same of the error of the shares in odd harmonics, and of the shifts."""
+    """The same of the error of the shares in odd harmonics."""
+    model_evidence_shifts: tuple[float, float] = (-3.5, 3.0)
+    """And of the shifts: rooms change by ten kelvin at most, twenty times half a kelvin."""
     model_evidence_rounds: int = 4
     model_evidence_gain: float = 0.5
     """Most rounds over all errors, one after the other, and nats below which a further one gains nothing."""
@@ -56,7 +61,7 @@ class Limits:
     # racing.py
     racing_close: float = 0.1
     """Standard deviations within which two fits have come to the same; fits that are not yet exact leave up to one."""
-    # score_test.py
+    # score_test.py, law_tolerances.py
     score_test_felt: float = 0.3
     """Least size of a direction of the tolerances, in standard deviations of the data."""
     score_test_towards_middle: float = 0.5

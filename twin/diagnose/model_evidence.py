@@ -15,7 +15,8 @@ from scipy.optimize import minimize, minimize_scalar
 from twin.arrays import Array
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.marginal_likelihood import MarginalLikelihood, ResidualColumns
+from twin.diagnose.marginal_likelihood import MarginalLikelihood
+from twin.diagnose.residual_columns import ResidualColumns
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.error_model import (
@@ -86,10 +87,11 @@ def infer_errors(
         trial = errors.with_log_sizes(log_sizes)
         return marginal.at(trial).log_likelihood + log_prior(trial, usual, free=free)
 
-    alone = [OF_HARMONICS] if problem.harmonics is not None else []
-    alone += [OF_SHIFTS] if len(problem.start.shifts) else []
-    bounds = dict.fromkeys(alone, LIMITS.model_evidence_size)
-    bounds |= dict.fromkeys((OF_SOFTENING, OF_LOSS), LIMITS.model_evidence_roughness)
+    bounds = dict.fromkeys((OF_SOFTENING, OF_LOSS), LIMITS.model_evidence_roughness)
+    if len(problem.start.shifts):
+        bounds = {OF_SHIFTS: LIMITS.model_evidence_shifts, **bounds}
+    if problem.harmonics is not None:
+        bounds = {OF_HARMONICS: LIMITS.model_evidence_size, **bounds}
     sizes, middle = errors.log_sizes, usual.log_sizes
     reached = value(sizes)
     for _ in range(LIMITS.model_evidence_rounds):  # what one error leaves the others have to make up for

@@ -8,6 +8,9 @@ from twin.diagnose.cause import Cause, Label, MeasuredData, Parameter, Values
 from twin.diagnose.places import place_at, place_labels, point, position
 from twin.identify.model_modification import Attachment, ModelModification
 
+BEGUN = 0.03
+"""Damping ratio that fits begin with."""
+
 
 class AttachedResonator(Cause):
     """A mass on a damped spring."""
@@ -26,9 +29,12 @@ class AttachedResonator(Cause):
         # Above all that was measured a resonator is but a mass, below it a spring with a dashpot: causes of their own.
         # So is one so damped that it hardly resonates: what then follows the data is the freedom of four parameters.
         return (
-            Parameter(name="mass_kg", scale=0.02, lower=0.0, upper=0.3, null=0.0, starts=(0.003,)),
+            # Tuned to a resonance it counts 1 / (2 zeta) times what a plain mass does, and is tolerated as much less.
+            Parameter(
+                name="mass_kg", scale=0.02, lower=0.0, upper=0.3, null=0.0, starts=(0.003,), tolerance=2e-3 * BEGUN
+            ),
             Parameter(name="frequency_Hz", scale=high, lower=low, upper=high, starts=frequencies),
-            Parameter(name="damping_ratio", scale=0.1, lower=1e-3, upper=0.25, starts=(0.03,)),
+            Parameter(name="damping_ratio", scale=0.1, lower=1e-3, upper=0.25, starts=(BEGUN,)),
             *position(evidence, label, 8),
         )
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.marginal_likelihood import ResidualColumns
 from twin.diagnose.model_evidence import fit_with_errors
 from twin.diagnose.parallel_map import parallel_map
+from twin.diagnose.residual_columns import ResidualColumns
 from twin.diagnose.selection.profile import highest_of_profile, threshold_of
 from twin.identify.base_fit import law_from_steps
 from twin.identify.baseline_parameters import BaselineParameters

@@ -22,9 +22,11 @@ from twin.arrays import Array
 from twin.diagnose.cause import Cause, Parameter, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, difference_step, modification_of
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.marginal_likelihood import KINDS, AboutFit, MarginalLikelihood, ResidualColumns, tolerances_of
+from twin.diagnose.marginal_likelihood import AboutFit, MarginalLikelihood
 from twin.diagnose.parallel_map import parallel_map
+from twin.diagnose.residual_columns import KINDS, ResidualColumns, tolerances_of
 from twin.diagnose.selection.attachment_signatures import AttachmentSignatures
+from twin.diagnose.selection.law_tolerances import law_tolerances
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.residuals.error_model import SPREAD, ErrorModel, log_prior
@@ -36,9 +38,6 @@ from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
 
 __all__ = ["Score", "score_causes"]
-
-SMALL = 1e-3
-"""Share of a tolerance over which its difference is taken."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,11 @@ def score_causes(
     found = parallel_map(_signatures_of, common, [(cause,) for cause in causes.values()])
     signatures = [signature for each in found for signature in each]
     tolerated = [signature.tolerated for signature in signatures if signature.strengths]
-    tolerated += _of_openings(evidence, harmonics, model, held, prediction)
+    plain = residual_model(evidence, modification_of(evidence, model.hypotheses), harmonics, held=held)
+    if isinstance(plain, ResidualModel):
+        left_by = _left_by(evidence, harmonics, model, held)
+        white, of_laws = law_tolerances(plain, model.baseline, prediction.residual, left_by)
+        tolerated += [*white, *(columns.whitened(held) for columns in of_laws)]
     columns = _principal(np.column_stack(tolerated)) if tolerated else np.zeros((len(prediction.residual), 0))
     tolerances = tolerances_of(columns, prediction.blocks, held)
     if not signatures:
@@ -136,25 +139,6 @@ def _between(errors: ErrorModel, sound: ErrorModel) -> list[ErrorModel]:
     start, end = errors.log_sizes, sound.log_sizes
     count = 2 + int(np.max(np.abs(end - start)) / SPREAD)
     return [errors.with_log_sizes(start + share * (end - start)) for share in np.linspace(0.0, 1.0, count)]
-
-
-def _of_openings(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    model: FittedModel,
-    held: Linearisation,
-    prediction: Prediction,
-) -> list[Array]:
-    """Columns (r, 1) of another opening in place of the mean of each joint's layer elements, by which its law goes.
-
-    One mode's law takes that in, and with it two modes' laws differ.
-    """
-    left_by, found = _left_by(evidence, harmonics, model, held), []
-    for joint, law in zip(evidence.rig.joints, model.baseline.laws, strict=False):
-        if np.any(law.softening):
-            little = ModelModification(towards_middle={joint.name: LIMITS.score_test_towards_middle * SMALL})
-            found.append((prediction.residual - left_by(little))[:, None] / SMALL)
-    return found
 
 
 def _left_by(

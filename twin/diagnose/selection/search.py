@@ -9,9 +9,9 @@ import numpy as np
 from twin.diagnose.cause import Cause
 from twin.diagnose.fitted_model import FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.marginal_likelihood import ResidualColumns
 from twin.diagnose.model_evidence import fit_with_errors, infer_errors, with_spread
 from twin.diagnose.posterior import log_weight
+from twin.diagnose.residual_columns import ResidualColumns
 from twin.diagnose.selection.racing import USUAL, Effort, Race, likeliest, once_more
 from twin.diagnose.selection.rivals import Report, fitted_rivals
 from twin.diagnose.selection.score_test import Score, score_causes

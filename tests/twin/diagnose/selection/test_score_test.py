@@ -14,13 +14,15 @@ from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel,
 from twin.diagnose.models import CAUSES
 from twin.diagnose.selection import score_test
 from twin.diagnose.selection.score_test import score_causes
+from twin.identify import frequency_shifts
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import gather_data
 from twin.identify.model_modification import ModelModification
 from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots
 from twin.identify.residuals import error_model
-from twin.identify.residuals.error_model import SOUND
+from twin.identify.residuals import residual_model as residual_models
+from twin.identify.residuals.error_model import SOUND, log_prior
 from twin.identify.residuals.likelihood import residual_model
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.joint import Saturating
@@ -69,14 +71,15 @@ def having(measured, baseline):
     return having
 
 
-OF_OPENINGS = score_test._of_openings
+LAW_TOLERANCES = score_test.law_tolerances
 
 
 @pytest.fixture(autouse=True)
 def nothing_tolerated(monkeypatch):
     """Refits have no shifts of runs and sweeps and one mean of openings, and so have the scores beside them."""
-    monkeypatch.setattr(error_model, "SHIFT", 1e-12)
-    monkeypatch.setattr(score_test, "_of_openings", lambda *given: [])
+    for module in (error_model, frequency_shifts, residual_models):
+        monkeypatch.setattr(module, "SHIFT", 1e-12)
+    monkeypatch.setattr(score_test, "law_tolerances", lambda *given: ([], []))
 
 
 @dataclass(frozen=True)
@@ -272,6 +275,50 @@ def test_the_expected_gain_is_the_bayes_factor_and_the_size_that_of_least_square
     assert score.size == pytest.approx(main.scale * (weighed @ data) / (weighed @ column), rel=1e-3)
 
 
+def density(evidence, baseline, errors, column):
+    """Log density of the data, all unknowns integrated out, with the prior of these errors."""
+    problem = FitProblem(evidence, None, baseline, (), errors=errors)
+    problem.weigh(problem.x0)
+    r, J = problem.evaluate(problem.x0)
+    made_of = problem.residual_model(problem.x0).covariances(baseline)
+    volume = 2 * sum(white.log_determinant() for white in made_of.of_broadband(errors.broadband))
+    volume += made_of.of_steps(errors.steps).log_determinant()
+    C = np.eye(len(r)) + J @ np.linalg.solve(problem.precision, J.T)
+    data = r + J @ (problem.x0 - problem.mean)
+    with_it, without = (
+        -0.5 * (data @ np.linalg.solve(C + more, data) + np.linalg.slogdet(C + more)[1] + volume)
+        for more in (np.outer(column(problem), column(problem)), 0.0)
+    )
+    return with_it + log_prior(errors), without + log_prior(errors)
+
+
+def test_a_large_effect_is_scored_with_the_errors_that_are_left_with_it(having, baseline):
+    """Of sizes between those the model needs without it and a sound rig's: with the former it hardly counts."""
+    label, values = SMALL["drive-mass"]
+    (law,) = baseline.laws
+    baseline = replace(baseline, laws=(replace(law, loss=np.full(len(law.loss), 5e6)),))
+    evidence = having("drive-mass", label, values, at=baseline, noise=3e-4)
+    needed = SOUND.with_log_sizes(SOUND.log_sizes + np.log([30, 30, 30, 30, 1, 1, 1, 1]))
+    tolerant = {"drive-mass": Tolerated(CAUSES["drive-mass"], 0.0)}
+    (score,) = score_causes(evidence, None, model_at(baseline), tolerant, errors=needed)[0]
+
+    def column(problem):
+        (main,) = CAUSES["drive-mass"].parameters(evidence, label)
+        little = modification_of(evidence, (CauseHypothesis(CAUSES["drive-mass"], label, {"mass_kg": -1e-6}, {}),))
+        left = residual_model(evidence, little, held=problem.held).evaluate(baseline, sensitivities=False).residual
+        return (problem.evaluate(problem.x0)[0] - left) * main.scale / -1e-6
+
+    path = [SOUND.log_sizes + share * (needed.log_sizes - SOUND.log_sizes) for share in np.linspace(0, 1, 5)]
+    sizes = [SOUND.with_log_sizes(log_sizes) for log_sizes in path]
+    pairs = [
+        density(evidence, baseline, replace(own, broadband=runs.broadband), column) for own in sizes for runs in sizes
+    ]
+    with_it, without = np.max(pairs, axis=0)
+    assert score.log_bayes == pytest.approx(with_it - without, rel=0.02)
+    at_needed = np.diff(density(evidence, baseline, needed, column)[::-1])[0]
+    assert score.log_bayes > at_needed + 10
+
+
 def test_a_cause_of_a_size_that_sound_rigs_have_earns_nothing(having, baseline):
     """Of one that is known far better than that; were it not tolerated it would be named."""
     label = {"channel": "acc1"}
@@ -291,7 +338,7 @@ def test_another_mean_over_the_layer_s_elements_is_tolerated(measured, baseline,
     softening = -Saturating(1.5e8, 2e-6, -1.5e8).describing_function(knots).real
     at = replace(baseline, laws=(LayerLaw(knots, knots, softening, 0.1 * softening),))
     held = residual_model(measured, errors=SOUND).linearisation(at)
-    monkeypatch.setattr(score_test, "_of_openings", OF_OPENINGS)
+    monkeypatch.setattr(score_test, "law_tolerances", LAW_TOLERANCES)
 
     def residual(share):
         model = residual_model(measured, ModelModification(towards_middle={"joint": share}), held=held)
