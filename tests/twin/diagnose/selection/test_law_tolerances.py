@@ -1,0 +1,72 @@
+"""What joints' laws leave out: its directions against differences of the residual, and what they cannot be."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from recordings import read_run
+from twin.diagnose.selection.law_tolerances import law_tolerances
+from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.linear.linear_model import nominal_parameters
+from twin.identify.measured_data import gather_data
+from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots
+from twin.identify.residuals.harmonics import by_added_stiffness, harmonic_residuals
+from twin.identify.residuals.linearisation import with_more
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.joint import Saturating
+from twin.rigs import load_rig
+
+RIG = load_rig("steel-lap-joint")
+
+
+@pytest.fixture(scope="module")
+def measured(campaign):
+    return gather_data([read_run(campaign / f"{name}.mcap") for name in ("random", "sweeps")], RIG)
+
+
+@pytest.fixture(scope="module")
+def softening():
+    """A joint that saturates, and so has harmonics."""
+    knots = choose_knots(np.array([1e-5]), 30)
+    softening = -Saturating(1.5e8, 2e-6, -1.5e8).describing_function(knots).real
+    law = LayerLaw(knots, knots, softening, 0.1 * softening)
+    return BaselineParameters(replace(nominal_parameters(RIG), loss_E=0.02, loss_G=0.05), (law,))
+
+
+@pytest.fixture(scope="module")
+def linear(softening):
+    (law,) = softening.laws
+    return replace(softening, laws=(LayerLaw.zero(law.opening_knots, law.slip_knots),))
+
+
+def test_what_harmonics_add_is_the_difference_that_a_little_more_of_it_makes(measured, softening):
+    held = ResidualModel(measured).linearisation(softening)
+    more, size = held.balance.more, 1e-3
+    assert np.any(more)
+    rows = []
+    for sign in (1, -1):
+        balance = with_more(held.balance, sign * size * more)
+        found = ResidualModel(measured, held=replace(held, balance=balance)).evaluate(softening)
+        rows.append(found.residual[dict(found.blocks)["steps"]])
+    direction = by_added_stiffness(ResidualModel(measured), softening)
+    white = held.steps(np.concatenate([direction.real, direction.imag], axis=1))
+    expected = (rows[1] - rows[0]) / (2 * size)
+    assert np.linalg.norm(white - expected) < 0.02 * np.linalg.norm(expected)
+
+
+def test_a_linear_joint_leaves_nothing_out(measured, linear):
+    plain = ResidualModel(measured, harmonics=harmonic_residuals(ResidualModel(measured), linear))
+    assert law_tolerances(plain, linear, np.zeros(3), lambda modification: np.zeros(3)) == ([], [])
+
+
+def test_shares_err_along_the_layer_in_the_odd_harmonics_alone(measured, softening):
+    """What all points share is free anyway: their sum over the layer is nothing."""
+    harmonics = harmonic_residuals(ResidualModel(measured), softening)
+    plain = ResidualModel(measured, harmonics=harmonics)
+    _, (_, *of_shares) = law_tolerances(plain, softening, np.zeros(3), lambda modification: np.zeros(3))
+    assert of_shares
+    for columns in of_shares:
+        assert not np.any(columns.steps)
+        (felt,) = np.unique(np.nonzero(columns.harmonics)[1])
+        assert harmonics.orders[felt] in (3, 5, 7)
