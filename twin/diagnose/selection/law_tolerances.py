@@ -12,7 +12,7 @@ from twin.diagnose.residual_columns import ResidualColumns
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.limits import LIMITS as OF_RESIDUALS
 from twin.identify.model_modification import ModelModification
-from twin.identify.residuals.harmonics import by_added_stiffness
+from twin.identify.residuals.harmonics import by_added_stiffness, friction_harmonics
 from twin.identify.residuals.residual_model import ResidualModel
 
 SMALL = 1e-3
@@ -55,7 +55,7 @@ def law_tolerances(
     log_amplitude = np.log(np.abs(response) / steps.omega**2)
     return of_openings, [
         _of_added(residual_model, baseline, np.column_stack([log_amplitude, np.angle(response / steps.force[:, 0])])),
-        *_of_shares(residual_model, log_amplitude[:, None]),
+        *_of_harmonics(residual_model, baseline, log_amplitude[:, None]),
     ]
 
 
@@ -82,21 +82,28 @@ def _of_added(residual_model: ResidualModel, baseline: BaselineParameters, coord
     return replace(_none(residual_model, steps.shape[2]), steps=steps)
 
 
-def _of_shares(residual_model: ResidualModel, coordinates: Array) -> list[ResidualColumns]:
-    """The points' shares in odd harmonics err smoothly along a layer and with the amplitude, beside each on its own."""
+def _of_harmonics(
+    residual_model: ResidualModel, baseline: BaselineParameters, coordinates: Array
+) -> list[ResidualColumns]:
+    """Odd harmonics err smoothly with the amplitude, beside each point's share on its own.
+
+    The shares along a layer, and what friction makes of the slips, of which the law says nothing.
+    """
     harmonics, found = residual_model.harmonics, []
     if harmonics is None:
         return []
     curves = smooth_columns(coordinates)
+    made = [friction_harmonics(residual_model, baseline, harmonics.orders)]
     for joint in np.unique(residual_model.points.joint):
         own = residual_model.points.joint == joint
         along = np.linspace(-1, 1, np.count_nonzero(own))
         # Legendre's first and second polynomials, of unit mean square; what all points share is free anyway.
-        for shape in (np.sqrt(3) * along, np.sqrt(5) * (1.5 * along**2 - 0.5)):
-            made = harmonics.shares[..., own] @ shape
-            for order in np.flatnonzero(np.any(made, axis=(0, 2))):
-                columns = np.zeros((*made.shape, 2 * curves.shape[1]), complex)
-                one = made[:, order, :, None] * curves[:, None]
-                columns[:, order] = np.concatenate([one, 1j * one], axis=2)
-                found.append(replace(_none(residual_model, columns.shape[3]), harmonics=columns))
+        made += [harmonics.shares[..., own] @ (np.sqrt(3) * along)]
+        made += [harmonics.shares[..., own] @ (np.sqrt(5) * (1.5 * along**2 - 0.5))]
+    for each in made:
+        for order in np.flatnonzero(np.any(each, axis=(0, 2))):
+            columns = np.zeros((*each.shape, 2 * curves.shape[1]), complex)
+            one = each[:, order, :, None] * curves[:, None]
+            columns[:, order] = np.concatenate([one, 1j * one], axis=2)
+            found.append(replace(_none(residual_model, columns.shape[3]), harmonics=columns))
     return found

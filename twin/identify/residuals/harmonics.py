@@ -134,6 +134,24 @@ def by_added_stiffness(residual_model: ResidualModel, baseline: BaselineParamete
     return np.asarray(residual_model.measured_over_predicted(R, omega) * followed[1][:, :, 0])
 
 
+def friction_harmonics(residual_model: ResidualModel, baseline: BaselineParameters, orders: Array) -> Array:
+    """Odd harmonics (s, h, o) that the layer's friction makes of its slips, were it Coulomb's.
+
+    Its force is a square wave: an h-th of the fundamental's, which is what damps.
+    """
+    balance, points = residual_model.step_receptance(baseline, inner=False)[2], len(residual_model.points)
+    slip, damping = (values[:, points : 2 * points] for values in (balance.motion, balance.stiffness.imag))
+    model, at = residual_model.model, residual_model.moving[points : 2 * points]
+    found = np.zeros((len(slip), len(orders), len(residual_model.evidence.channels)), complex)
+    for number in np.flatnonzero(orders % 2 == 1):
+        h = orders[number]
+        R, _, omega = residual_model.at_harmonic(h, baseline, balance)
+        force = damping * np.abs(slip) * np.exp(1j * h * np.angle(slip)) / h
+        factor = model.to_quantity(omega) * residual_model.channel_factors(omega)[0]
+        found[:, number] = factor * np.einsum("sop,sp->so", R[:, model.ports.outputs][:, :, at], force)
+    return found
+
+
 def _even_error(
     residual_model: ResidualModel,
     baseline: BaselineParameters,

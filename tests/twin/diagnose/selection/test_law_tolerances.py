@@ -11,9 +11,10 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import gather_data
 from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots
-from twin.identify.residuals.harmonics import by_added_stiffness, harmonic_residuals
+from twin.identify.residuals.harmonics import by_added_stiffness, friction_harmonics, harmonic_residuals
 from twin.identify.residuals.linearisation import with_more
 from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.slipping import jenkins_harmonics
 from twin.joint import Saturating
 from twin.rigs import load_rig
 
@@ -70,3 +71,20 @@ def test_shares_err_along_the_layer_in_the_odd_harmonics_alone(measured, softeni
         assert not np.any(columns.steps)
         (felt,) = np.unique(np.nonzero(columns.harmonics)[1])
         assert harmonics.orders[felt] in (3, 5, 7)
+
+
+def test_friction_makes_an_hth_of_what_damps_in_each_odd_harmonic(measured, softening):
+    """Carried to the channels by the field of unit forces; a slider's own harmonics have these shares."""
+    plain = ResidualModel(measured)
+    harmonics, balance = harmonic_residuals(plain, softening), plain.step_receptance(softening)[2]
+    made, p = friction_harmonics(plain, softening, harmonics.orders), len(plain.points)
+    slip, damping = balance.motion[:, p : 2 * p], balance.stiffness.imag[:, p : 2 * p]
+    assert np.any(made)
+    for number, h in enumerate(harmonics.orders):
+        square = damping * np.abs(slip) / h * (slip / np.abs(slip)) ** h
+        expected = np.einsum("son,pn,sp->so", harmonics.field[:, number], plain.points.slip, square)
+        np.testing.assert_allclose(
+            made[:, number], expected if h % 2 else 0.0, rtol=1e-6, atol=1e-9 * np.max(abs(made))
+        )
+    slider = jenkins_harmonics(np.array([1.0]), 1e9, 1.0, 7)[0]
+    np.testing.assert_allclose(np.abs(slider[[2, 4, 6]] / slider[0]), [1 / 3, 1 / 5, 1 / 7], rtol=1e-3)
