@@ -8,7 +8,7 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.identify.residuals.linearisation import Linearisation
-from twin.identify.residuals.whitening import Whitening
+from twin.identify.residuals.whitening import Whitening, real_ones
 
 __all__ = ["KINDS", "ResidualColumns", "tolerances_of"]
 
@@ -70,7 +70,7 @@ class ResidualColumns:
         found = [np.zeros((0, self.count))]
         for values, whitening in zip(blocks, whitenings, strict=False):
             white = whitening.columns(values)
-            found += [np.sqrt(2) * white.real, np.sqrt(2) * white.imag] if np.iscomplexobj(white) else [white]
+            found.append(real_ones(white) if np.iscomplexobj(white) else white)
         return np.vstack(found)
 
     def whitened(self, held: Linearisation) -> Array:

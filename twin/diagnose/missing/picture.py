@@ -208,9 +208,8 @@ def _at_each_level(evidence: MeasuredData, model: FittedModel) -> tuple[ForceAtL
     if not len(evidence.steps):
         return ()
     hypothesis = model.hypotheses[-1]
-    motion = ResidualModel(evidence, modification_of(evidence, model.hypotheses)).motion_at_forces(model.baseline)[
-        :, -1
-    ]
+    extended = ResidualModel(evidence, modification_of(evidence, model.hypotheses))
+    motion = extended.step_receptance(model.baseline, inner=False)[2].motion[:, -1]  # its force comes last
     amplitude, omega = np.abs(motion), evidence.steps.omega
     sweeps = rows_by_sweep(evidence.steps.states)
     largest = {sweep: int(rows[np.argmax(amplitude[rows])]) for sweep, rows in sweeps.items()}

@@ -26,7 +26,7 @@ from twin.identify.nonlinear.opening_harmonics import balance_openings, stiffnes
 from twin.identify.residuals.error_model import SOUND, Covariances, ErrorModel
 from twin.identify.residuals.linearisation import Linearisation, LostContact, with_more
 from twin.identify.residuals.prediction import Prediction
-from twin.identify.residuals.whitening import HarmonicResiduals, Whitening
+from twin.identify.residuals.whitening import HarmonicResiduals, Whitening, real_ones
 from twin.identify.spectra.broadband import BinnedResponse
 
 
@@ -137,16 +137,16 @@ class ResidualModel(ForwardModel):
         if shows:
             by_shown = self.by_shown(R, omega)
             log_ratio = log_ratio - by_shown @ baseline.shown
-        residual = _real_ones(whitening(log_ratio))
+        residual = real_ones(whitening(log_ratio))
         jacobian = np.zeros((len(residual), len(baseline.vector)))
         if sensitivities:
             change = self._broadband_change(data, baseline, R, omega)
-            jacobian[:, : change.shape[2]] = _real_ones(whitening.columns(change))
+            jacobian[:, : change.shape[2]] = real_ones(whitening.columns(change))
             if own_shifts(self.evidence, baseline.shifts):
                 by_shift = SHIFT * change[:, :, baseline.blocks["frequency_discrepancy"]].sum(axis=2)
-                jacobian[:, baseline.of_shifts.start + index] = _real_ones(whitening(by_shift))
+                jacobian[:, baseline.of_shifts.start + index] = real_ones(whitening(by_shift))
             if shows:
-                jacobian[:, baseline.of_shown] = _real_ones(whitening.columns(by_shown))
+                jacobian[:, baseline.of_shown] = real_ones(whitening.columns(by_shown))
         return residual, jacobian
 
     def _broadband_change(self, data: BinnedResponse, baseline: BaselineParameters, R: Array, omega: Array) -> Array:
@@ -284,10 +284,6 @@ class ResidualModel(ForwardModel):
         by_motion = -R[:, n[:, None], n] * into[:, None, n] / into[:, n, None] - by_response[:, None, reference]
         return motion, Influence(by_motion, by_response)
 
-    def motion_at_forces(self, baseline: BaselineParameters) -> Array:
-        """Complex amplitudes (s, n) of the steps at the ports of the extension's nonlinear forces, m."""
-        return self.step_receptance(baseline, inner=False)[2].motion[:, 2 * len(self.points) :]
-
     def extra_harmonics(self, baseline: BaselineParameters, R: Array, balance: Balance) -> Array:
         """Harmonics (s, h, o) that the extension's own forces add, at what :meth:`step_receptance` returned."""
         assert self.harmonics is not None
@@ -400,8 +396,3 @@ class ResidualModel(ForwardModel):
         omega = self.step_omega(baseline)
         motion, _ = self.port_motion(R, omega)
         return motion[:, 2 * len(self.points) :], int(self.harmonics.orders[-1]), omega.real
-
-
-def _real_ones(white: Array) -> Array:
-    """Whitened complex numbers (k, ...) as twice as many real ones of unit variance."""
-    return np.sqrt(2.0) * np.concatenate([white.real, white.imag])

@@ -92,4 +92,9 @@ class HarmonicResiduals:
     def whiten(self, values: Array, whitening: Whitening) -> Array:
         """Real whitened values (r,) of complex ones (s, h, o), or (r, u) of (s, h, o, u)."""
         white = whitening.columns(values) if values.ndim == 4 else whitening(values)
-        return np.sqrt(2.0) * np.concatenate([white.real, white.imag])
+        return real_ones(white)
+
+
+def real_ones(white: Array) -> Array:
+    """Whitened complex numbers (k, ...) as twice as many real ones of unit variance."""
+    return np.asarray(np.sqrt(2.0) * np.concatenate([white.real, white.imag]))
