@@ -52,6 +52,8 @@ class MarginalLikelihood:
         At a fit, see :attr:`FitProblem.x0`.
     tolerances
         See :func:`tolerances_of`; with None the shifts alone, where these are no unknowns.
+    evaluated
+        Residual and sensitivities there, where the problem was weighed and evaluated for them before.
 
     Attributes
     ----------
@@ -59,10 +61,18 @@ class MarginalLikelihood:
         The residual, the sensitivities to n unknowns, and the k directions of the tolerances.
     """
 
-    def __init__(self, problem: FitProblem, tolerances: ResidualColumns | None) -> None:
+    def __init__(
+        self,
+        problem: FitProblem,
+        tolerances: ResidualColumns | None,
+        *,
+        evaluated: tuple[Array, Array] | None = None,
+    ) -> None:
         x = problem.x0
-        problem.weigh(x)
-        residual, jacobian = problem.evaluate(x)
+        if evaluated is None:
+            problem.weigh(x)
+            evaluated = problem.evaluate(x)
+        residual, jacobian = evaluated
         assert problem.held.made_of is not None
         self._made_of: ErrorSources = problem.held.made_of
         if tolerances is None:

@@ -103,7 +103,8 @@ def score_causes(
     # A sound rig's weights and priors: a cause gains by explaining what a loose fit put down to natural frequencies.
     problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, frozen=True)
     problem.weigh(problem.x0)
-    held, prediction = problem.held, problem.predict(problem.x0, sensitivities=True)
+    evaluated = problem.evaluate(problem.x0)
+    held, prediction = problem.held, Prediction(*evaluated, problem.blocks)
     common = (evidence, harmonics, model, held, prediction)
     found = parallel_map(_signatures_of, common, [(cause,) for cause in causes.values()])
     signatures = [signature for each in found for signature in each]
@@ -117,7 +118,7 @@ def score_causes(
     tolerances = tolerances_of(columns, prediction.blocks, held)
     if not signatures:
         return [], tolerances
-    marginal, sound = MarginalLikelihood(problem, tolerances), sound_errors(evidence)
+    marginal, sound = MarginalLikelihood(problem, tolerances, evaluated=evaluated), sound_errors(evidence)
     first_orders = _FirstOrders.of(signatures, prediction.blocks, held)
     sizes = _between(errors or model.errors, sound)
     alone, gains = np.full(len(sizes) ** 2, -np.inf), []
