@@ -159,9 +159,8 @@ def test_a_shift_of_a_sweep_is_exact_however_large(evidence, baseline, steel_den
     response = evidence.steps.response.copy()
     response[:, :, 0] = H * force[:, :1]
     there = replace(evidence, steps=replace(evidence.steps, response=response, force=force))
-    found = [
-        ResidualModel(there).evaluate(replace(baseline, shifts=np.array([0.0, shift]))) for shift in (off / SHIFT, 0.0)
-    ]
+    shifts = np.array([0.0, off / SHIFT]), np.zeros(2)
+    found = [ResidualModel(there).evaluate(replace(baseline, shifts=each)) for each in shifts]
     left, unshifted = (each.residual[dict(each.blocks)["steps"]] for each in found)
     assert np.max(np.abs(left)) < 5e-3 * np.max(np.abs(unshifted)) + 0.02
 
