@@ -93,4 +93,4 @@ def tolerances_of(columns: Array, blocks: tuple[tuple[str, slice], ...], held: L
     assert held.made_of is not None
     runs, sweeps = held.made_of.shifts
     none = np.zeros((*found.harmonics.shape[:-1], sweeps.shape[2]))
-    return found.beside(ResidualColumns(runs, sweeps if len(sweeps) else found.steps[:, :, :0], none))
+    return found.beside(ResidualColumns(runs, sweeps, none))

@@ -9,7 +9,7 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fitted
-from twin.diagnose.model_evidence import infer_errors, with_spread
+from twin.diagnose.model_evidence import infer_errors, unexplained, with_spread
 from twin.diagnose.models import CAUSES
 from twin.diagnose.residual_columns import tolerances_of
 from twin.identify import frequency_shifts
@@ -119,6 +119,20 @@ def test_what_sound_rigs_have_of_a_cause_is_integrated_over_as_a_cause_is(drawn,
     (one, named), (two, tolerated) = infer_errors(with_it, None), infer_errors(without, tolerances)
     assert tolerated == pytest.approx(named, abs=1e-3)
     assert two.steps.stiffness == pytest.approx(one.steps.stiffness, rel=1e-2)
+
+
+def test_noise_alone_leaves_what_its_unknowns_do_not_explain(measured, baseline):
+    """One run has no shift among the unknowns: it is a tolerance, of data that are there and of those that are not."""
+    noise = measured.without_steps()
+    problem = FitProblem(noise, None, starting_baseline(noise), ())
+    problem.weigh(problem.x0)
+    r, _ = problem.evaluate(problem.x0)
+    tolerances = tolerances_of(np.zeros((len(r), 0)), problem.blocks, problem.held)
+    assert tolerances.whitened(problem.held).shape == (len(r), 1)
+    solution = minimise(problem.evaluate, problem.x0, mean=problem.mean, precision=problem.precision, iterations=0)
+    _, left = unexplained(noise, None, fitted(problem, solution), tolerances)
+    assert left.shape == r.shape
+    assert np.sum(left**2) < np.sum(r**2)
 
 
 def test_a_cause_is_as_uncertain_as_all_that_a_sound_rig_may_have_leaves_it(drawn, baseline):
