@@ -12,7 +12,8 @@ from twin.diagnose.residual_columns import ResidualColumns
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.limits import LIMITS as OF_RESIDUALS
 from twin.identify.model_modification import ModelModification
-from twin.identify.residuals.harmonics import by_added_stiffness, friction_harmonics
+from twin.identify.nonlinear.balance import Balance
+from twin.identify.residuals.harmonics import by_stiffness, friction_harmonics
 from twin.identify.residuals.residual_model import ResidualModel
 
 SMALL = 1e-3
@@ -54,6 +55,7 @@ def law_tolerances(
     response = steps.response[:, residual_model.evidence.reference, 0]
     log_amplitude = np.log(np.abs(response) / steps.omega**2)
     return of_openings, [
+        _of_laws(residual_model, baseline),
         _of_added(residual_model, baseline, np.column_stack([log_amplitude, np.angle(response / steps.force[:, 0])])),
         *_of_harmonics(residual_model, baseline, log_amplitude[:, None]),
     ]
@@ -70,16 +72,51 @@ def _none(residual_model: ResidualModel, count: int) -> ResidualColumns:
     )
 
 
+def _along_layers(residual_model: ResidualModel) -> Array:
+    """Legendre's first and second polynomials (p, k) over the points of each layer, of unit mean square."""
+    joints = residual_model.points.joint
+    found = []
+    for joint in np.unique(joints):
+        x = np.linspace(-1, 1, np.count_nonzero(joints == joint))
+        for polynomial in (np.sqrt(3) * x, np.sqrt(5) * (1.5 * x**2 - 0.5)):
+            found.append(np.zeros(len(joints)))
+            found[-1][joints == joint] = polynomial
+    return np.column_stack(found)
+
+
+def _of_steps(residual_model: ResidualModel, columns: Array) -> ResidualColumns:
+    """Columns (s, o, k) of the steps alone."""
+    steps = np.concatenate([columns.real, columns.imag], axis=1)
+    return replace(_none(residual_model, steps.shape[2]), steps=steps)
+
+
+def _of_laws(residual_model: ResidualModel, baseline: BaselineParameters) -> ResidualColumns:
+    """What a law takes off the stiffness and what it loses differ along the layer, as the bolt's pressure does.
+
+    By the error of a point's share in the third harmonic, which hangs on the same.
+    """
+    along = _along_layers(residual_model)
+
+    def of_ports(balance: Balance) -> Array:
+        count, law = len(along), balance.stiffness - balance.more
+        found = np.zeros((*law.shape, 2 * along.shape[1]), complex)
+        for number, ports in enumerate((slice(count), slice(count, 2 * count))):  # openings, then slips
+            own = slice(number * along.shape[1], (number + 1) * along.shape[1])
+            found[:, ports, own] = law[:, ports, None] * along
+        return found
+
+    return _of_steps(residual_model, OF_RESIDUALS.share_error[0] * by_stiffness(residual_model, baseline, of_ports))
+
+
 def _of_added(residual_model: ResidualModel, baseline: BaselineParameters, coordinates: Array) -> ResidualColumns:
     """What harmonics add to the fundamental's stiffness errs as they do, smoothly with the motion.
 
     By the error of the third one's share at each point, which are many.
     """
     error = OF_RESIDUALS.share_error[0] / np.sqrt(max(len(residual_model.points), 1))
-    columns = error * by_added_stiffness(residual_model, baseline)[:, :, None] * smooth_columns(coordinates)[:, None]
-    columns = np.concatenate([columns, 1j * columns], axis=2)
-    steps = np.concatenate([columns.real, columns.imag], axis=1)
-    return replace(_none(residual_model, steps.shape[2]), steps=steps)
+    added = by_stiffness(residual_model, baseline, lambda balance: balance.more[:, :, None])
+    columns = error * added * smooth_columns(coordinates)[:, None]
+    return _of_steps(residual_model, np.concatenate([columns, 1j * columns], axis=2))
 
 
 def _of_harmonics(
@@ -87,20 +124,15 @@ def _of_harmonics(
 ) -> list[ResidualColumns]:
     """Odd harmonics err smoothly with the amplitude, beside each point's share on its own.
 
-    The shares along a layer, and what friction makes of the slips, of which the law says nothing.
+    The shares along a layer, where what all points share is free anyway, and what friction makes of the slips, of
+    which the law says nothing.
     """
     harmonics, found = residual_model.harmonics, []
     if harmonics is None:
         return []
     curves = smooth_columns(coordinates)
-    made = [friction_harmonics(residual_model, baseline, harmonics.orders)]
-    for joint in np.unique(residual_model.points.joint):
-        own = residual_model.points.joint == joint
-        along = np.linspace(-1, 1, np.count_nonzero(own))
-        # Legendre's first and second polynomials, of unit mean square; what all points share is free anyway.
-        made += [harmonics.shares[..., own] @ (np.sqrt(3) * along)]
-        made += [harmonics.shares[..., own] @ (np.sqrt(5) * (1.5 * along**2 - 0.5))]
-    for each in made:
+    shared = np.moveaxis(harmonics.shares @ _along_layers(residual_model), 3, 0)
+    for each in (friction_harmonics(residual_model, baseline, harmonics.orders), *shared):
         for order in np.flatnonzero(np.any(each, axis=(0, 2))):
             columns = np.zeros((*each.shape, 2 * curves.shape[1]), complex)
             one = each[:, order, :, None] * curves[:, None]

@@ -1,5 +1,7 @@
 """Higher harmonics of the stepped sines: they tell where on the structure a nonlinear force acts."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from twin.arrays import Array
@@ -124,14 +126,16 @@ def _made_by_each_point(
     return found
 
 
-def by_added_stiffness(residual_model: ResidualModel, baseline: BaselineParameters) -> Array:
-    """Changes (s, o) of the steps' residuals where harmonics add as much again to the fundamental's stiffness."""
+def by_stiffness(
+    residual_model: ResidualModel, baseline: BaselineParameters, of_ports: Callable[[Balance], Array]
+) -> Array:
+    """Changes (s, o, k) of the steps' residuals with the stiffness (s, n, k) of the ports at their balance, N/m."""
     R, omega, balance = residual_model.step_receptance(baseline)
     motion, influence = residual_model.port_motion(R, omega)
-    more = balance.more[:, :, None]
+    more = of_ports(balance)
     changes = influence.motion @ more, influence.response @ more
     followed = residual_model.local.follow(baseline.laws, np.abs(motion), omega, influence, *changes, balance.added)
-    return np.asarray(residual_model.measured_over_predicted(R, omega) * followed[1][:, :, 0])
+    return np.asarray(residual_model.measured_over_predicted(R, omega)[:, :, None] * followed[1])
 
 
 def friction_harmonics(residual_model: ResidualModel, baseline: BaselineParameters, orders: Array) -> Array:

@@ -11,7 +11,7 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import gather_data
 from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots
-from twin.identify.residuals.harmonics import by_added_stiffness, friction_harmonics, harmonic_residuals
+from twin.identify.residuals.harmonics import by_stiffness, friction_harmonics, harmonic_residuals
 from twin.identify.residuals.linearisation import with_more
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.slipping import jenkins_harmonics
@@ -41,19 +41,38 @@ def linear(softening):
     return replace(softening, laws=(LayerLaw.zero(law.opening_knots, law.slip_knots),))
 
 
-def test_what_harmonics_add_is_the_difference_that_a_little_more_of_it_makes(measured, softening):
-    held = ResidualModel(measured).linearisation(softening)
-    more, size = held.balance.more, 1e-3
-    assert np.any(more)
-    rows = []
+def added_by_harmonics(balance, points):
+    return balance.more
+
+
+def softer_at_one_end(balance, points):
+    return balance.stiffness * np.tile(np.linspace(-0.1, 0.1, points), 2)
+
+
+@pytest.mark.parametrize("of_ports", [added_by_harmonics, softer_at_one_end])
+def test_a_stiffness_of_the_ports_is_felt_as_the_difference_that_a_little_of_it_makes(measured, softening, of_ports):
+    plain = ResidualModel(measured)
+    held = plain.linearisation(softening)
+    points, size, rows = len(plain.points), 1e-3, []
+    felt = of_ports(held.balance, points)
+    assert np.any(felt)
     for sign in (1, -1):
-        balance = with_more(held.balance, sign * size * more)
+        balance = with_more(held.balance, sign * size * felt)
         found = ResidualModel(measured, held=replace(held, balance=balance)).evaluate(softening)
         rows.append(found.residual[dict(found.blocks)["steps"]])
-    direction = by_added_stiffness(ResidualModel(measured), softening)
+    direction = by_stiffness(plain, softening, lambda balance: of_ports(balance, points)[:, :, None])[:, :, 0]
     white = held.steps(np.concatenate([direction.real, direction.imag], axis=1))
     expected = (rows[1] - rows[0]) / (2 * size)
     assert np.linalg.norm(white - expected) < 0.02 * np.linalg.norm(expected)
+
+
+def test_a_law_differs_along_its_layer_in_what_it_takes_off_and_in_what_it_loses(measured, softening):
+    """Two shapes of each, in the steps alone; the mean over the layer is the law itself."""
+    _, (of_laws, *_) = law_tolerances(ResidualModel(measured), softening, np.zeros(3), lambda modification: np.zeros(3))
+    assert of_laws.steps.shape[2] == 4
+    assert np.linalg.matrix_rank(of_laws.steps.reshape(-1, 4), tol=1e-6) == 4
+    assert not np.any(of_laws.harmonics)
+    assert not any(np.any(run) for run in of_laws.broadband)
 
 
 def test_a_linear_joint_leaves_nothing_out(measured, linear):
@@ -65,7 +84,7 @@ def test_shares_err_along_the_layer_in_the_odd_harmonics_alone(measured, softeni
     """What all points share is free anyway: their sum over the layer is nothing."""
     harmonics = harmonic_residuals(ResidualModel(measured), softening)
     plain = ResidualModel(measured, harmonics=harmonics)
-    _, (_, *of_shares) = law_tolerances(plain, softening, np.zeros(3), lambda modification: np.zeros(3))
+    _, (_, _, *of_shares) = law_tolerances(plain, softening, np.zeros(3), lambda modification: np.zeros(3))
     assert of_shares
     for columns in of_shares:
         assert not np.any(columns.steps)
