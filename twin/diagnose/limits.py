@@ -85,6 +85,11 @@ class Limits:
     slider_in_noise_least: float = -15.0
     slider_in_noise_most: float = 15.0
     """Logarithms of the odds of slipping between which it is sought."""
+    # spread_over_places.py
+    negligible_nats: float = 7.0
+    """Below the largest part of a posterior, what adds a thousandth."""
+    beside_iterations: int = 6
+    """Of a fit at the next place, half of one start's distance away, which begins where the last one's valley leads."""
     # verdict.py
     worth_a_line: float = 0.01
     """Least probability of a rival that is told."""

@@ -17,6 +17,7 @@ from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel,
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.residual_columns import ResidualColumns
+from twin.diagnose.spread_over_places import over_places
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.error_model import (
@@ -56,14 +57,10 @@ def unexplained(
 def with_spread(
     evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, tolerances: ResidualColumns
 ) -> FittedModel:
-    """The model with its causes' standard deviations: the posterior's, integrated over all that a sound rig may have.
-
-    They are about the values that were fitted: the posterior's variance, and the square of how far its mean is away.
-    """
+    """The model at its causes' most probable places, with the causes' standard deviations, see :func:`over_places`."""
     problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, errors=model.errors)
-    found = MarginalLikelihood(problem, tolerances).at(model.errors)
-    spread = np.sqrt(np.diag(np.linalg.inv(found.information)) + found.step**2)[: len(problem.x0)]
-    return replace(model, hypotheses=problem.hypotheses(problem.x0, spread))
+    problem, spread = over_places(problem, tolerances)
+    return replace(model, baseline=problem.start, hypotheses=problem.hypotheses(problem.x0, spread))
 
 
 def infer_errors(

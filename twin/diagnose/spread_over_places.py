@@ -1,0 +1,128 @@
+"""Standard deviations of a cause over all its places: where data hardly tell the place, no Gaussian about one holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twin.arrays import Array
+from twin.diagnose.cause import Parameter
+from twin.diagnose.fitted_model import FitProblem, fit_model
+from twin.diagnose.limits import LIMITS
+from twin.diagnose.marginal_likelihood import MarginalLikelihood
+from twin.diagnose.posterior import temperature
+from twin.diagnose.residual_columns import ResidualColumns
+
+__all__ = ["over_places"]
+
+
+def over_places(problem: FitProblem, tolerances: ResidualColumns | None) -> tuple[FitProblem, Array]:
+    """The problem at the most probable places of its causes, and standard deviations (n,) of the unknowns about it.
+
+    The posterior's variance, integrated over all that a sound rig may have, and the square of how far its mean is
+    away.  Those of a cause with a place are taken over all its places.
+
+    Parameters
+    ----------
+    problem
+        At a fit, see :attr:`FitProblem.x0`.
+    """
+    told: dict[int, float] = {}
+    for number, (cause, parameter) in enumerate(problem.slots, problem.count):
+        if parameter.is_location and not parameter.is_threshold:
+            problem, spread = _over_places(problem, tolerances, number, cause, parameter)
+            own = [k for k, (i, _) in enumerate(problem.slots, problem.count) if i == cause]
+            told.update(zip(own, spread[own], strict=True))
+    here = _Expansion.about(problem, tolerances)
+    spread = np.sqrt(np.diag(here.covariance) + here.step**2)
+    spread[list(told)] = list(told.values())
+    return problem, spread
+
+
+@dataclass(frozen=True)
+class _Expansion:
+    """Laplace's approximation of the posterior about one vector of the unknowns.
+
+    Attributes
+    ----------
+    step : ndarray, (n,)
+        To its maximum.
+    covariance : ndarray, (n, n)
+    log_evidence : float
+    """
+
+    problem: FitProblem
+    step: Array
+    covariance: Array
+    log_evidence: float
+
+    @classmethod
+    def about(cls, problem: FitProblem, tolerances: ResidualColumns | None) -> _Expansion:
+        """About where a problem begins, with the errors that it has."""
+        found = MarginalLikelihood(problem, tolerances).at(problem.errors)
+        count = len(problem.x0)
+        covariance = np.linalg.inv(found.information)[:count, :count]
+        return cls(problem, found.step[:count], covariance, found.log_likelihood)
+
+    def log_density(self, number: int) -> float:
+        """Of one unknown's marginal posterior at the value it has here (Tierney and Kadane 1986)."""
+        variance = self.covariance[number, number]
+        return float(self.log_evidence - 0.5 * self.step[number] ** 2 / variance - 0.5 * np.log(2 * np.pi * variance))
+
+    def given(self, number: int) -> tuple[Array, Array]:
+        """Mean step and variances (n,) of all unknowns, given that one of them stays where it is."""
+        along = self.covariance[:, number] / self.covariance[number, number]
+        step = self.step - along * self.step[number]
+        return step, np.diag(self.covariance) - along**2 * self.covariance[number, number]
+
+    def beside(self, number: int, cause: int, parameter: Parameter, away: float) -> FitProblem | None:
+        """The problem with one of the causes' place so far away and all else fitted there; None beyond its limits."""
+        problem = self.problem
+        lower, upper = problem.bounds
+        if not lower[number] <= problem.x0[number] + away <= upper[number]:
+            return None
+        along = self.covariance[:, number] / self.covariance[number, number]
+        begun = problem.begun_at(np.clip(problem.moved(problem.x0, along * away), lower, upper))
+        *others, own = (*begun.given[:cause], *begun.given[cause + 1 :], begun.given[cause])
+        fit = fit_model(
+            problem.evidence, problem.harmonics, begun.start, (*others, own), errors=problem.errors,
+            iterations=LIMITS.beside_iterations, tolerance=2.0, rounds=0, held=parameter.name,
+        )  # fmt: skip
+        *others, own = fit.hypotheses
+        hypotheses = (*others[:cause], own, *others[cause:])
+        return FitProblem(problem.evidence, problem.harmonics, fit.baseline, hypotheses, errors=problem.errors)
+
+
+def _over_places(
+    problem: FitProblem, tolerances: ResidualColumns | None, number: int, cause: int, parameter: Parameter
+) -> tuple[FitProblem, Array]:
+    """The problem at the likeliest of a cause's places on either side, and standard deviations (n,) about it.
+
+    Differences between places say as little as those between causes do, see :func:`temperature`.
+    """
+    overstated = temperature(problem.evidence)
+    here = _Expansion.about(problem, tolerances)
+    apart = (parameter.upper - parameter.lower) / parameter.scale / (2 * len(parameter.starts))
+    sigma = float(np.sqrt(here.covariance[number, number]))
+    step, variance = here.given(number)
+    if max(sigma, abs(here.step[number])) < apart:  # no farther places are needed to tell it
+        step, variance = here.step, np.diag(here.covariance)
+    log_masses = [here.log_density(number) + np.log(min(apart, np.sqrt(2 * np.pi) * sigma))]
+    problems, means, variances = [problem], [problem.x0 + step], [variance]
+    for away in (apart, -apart):
+        last = here
+        while (beside := last.beside(number, cause, parameter, away)) is not None:
+            last = _Expansion.about(beside, tolerances)
+            log_mass = last.log_density(number) + np.log(apart)
+            if not log_mass > max(log_masses) - LIMITS.negligible_nats * overstated:
+                break
+            step, variance = last.given(number)
+            log_masses.append(log_mass)
+            problems.append(beside)
+            means.append(beside.x0 + step)
+            variances.append(variance)
+    best = problems[int(np.argmax(log_masses))]
+    weights = np.exp((np.array(log_masses) - max(log_masses)) / overstated)
+    about = np.array(variances) + (np.array(means) - best.x0) ** 2
+    return best, np.asarray(np.sqrt(weights @ about / weights.sum()))
