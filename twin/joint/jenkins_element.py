@@ -5,16 +5,16 @@ from typing import ClassVar
 
 import numpy as np
 
+from twin.arrays import Array
 from twin.joint.kinds import SLIDERS
-from twin.joint.law import Series, Stiffness
 
 
-def slide(force: Series, move: float, stiffness_N_per_m: Series, slip_force_N: Series) -> Series:
+def slide(force: Array, move: float, stiffness_N_per_m: Array, slip_force_N: Array) -> Array:
     """Forces of elements after a move: a spring that sticks, or slips at its limit."""
     return np.clip(force + stiffness_N_per_m * move, -slip_force_N, slip_force_N)
 
 
-def jenkins_stiffness(amplitude: Series | float, stiffness_N_per_m: float, slip_force_N: float) -> Stiffness:
+def jenkins_stiffness(amplitude: Array | float, stiffness_N_per_m: float, slip_force_N: float) -> Array:
     """Describing function.
 
     The element sticks up to A = F/k; beyond, with cos b = 1 - 2 F/(k A),
@@ -43,12 +43,12 @@ class ParallelJenkins:
         return 1 + len(self.slip_force_N)
 
     @property
-    def parameters(self) -> Series:
+    def parameters(self) -> Array:
         """[n, k1, F1, k2, F2, ...]."""
         rows = zip(self.stiffness_N_per_m, self.slip_force_N, strict=True)
         return np.array([len(self.slip_force_N), *(value for row in rows for value in row)], float)
 
-    def force_history(self, e: Series) -> Series:
+    def force_history(self, e: Array) -> Array:
         """Force along a path."""
         k, limit = np.array(self.stiffness_N_per_m), np.array(self.slip_force_N)
         force, total = np.zeros(len(k)), np.empty_like(e)
@@ -57,7 +57,7 @@ class ParallelJenkins:
             total[i] = force.sum()
         return total
 
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness, the sum of the elements'."""
         pairs = zip(self.stiffness_N_per_m, self.slip_force_N, strict=True)
         return np.asarray(sum(jenkins_stiffness(amplitude, k, F) for k, F in pairs))

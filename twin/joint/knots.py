@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from twin.joint.law import Series
+from twin.arrays import Array
 from twin.joint.running_loss import RunningLoss
 from twin.joint.table import ForceTable, table_of_softening
 
@@ -18,10 +18,10 @@ def softening_of_knots(amplitude_m: Sequence[float], softening: Sequence[float])
     g1 = PchipInterpolator(amplitude_m, softening)
     dg1 = g1.derivative()
 
-    def value(x: Series) -> Series:
+    def value(x: Array) -> Array:
         return np.asarray(g1(np.maximum(x, first)))
 
-    def slope(x: Series) -> Series:
+    def slope(x: Array) -> Array:
         return np.where(x > first, dg1(np.maximum(x, first)), 0.0)
 
     return table_of_softening(value, slope, last, limit_m=3.0 * last)

@@ -2,11 +2,7 @@
 
 from typing import ClassVar, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-Series = NDArray[np.float64]
-Stiffness = NDArray[np.complex128]
+from twin.arrays import Array
 
 
 class Law(Protocol):
@@ -19,15 +15,15 @@ class Law(Protocol):
     kind: ClassVar[int]
 
     @property
-    def parameters(self) -> Series:
+    def parameters(self) -> Array:
         """Numbers for the kernels, 1-D."""
 
     @property
     def states(self) -> int:
         """How many numbers the law remembers."""
 
-    def force_history(self, e: Series) -> Series:
+    def force_history(self, e: Array) -> Array:
         """Force along the samples of a path that starts at rest at e = 0, in plain numpy."""
 
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Describing function: complex equivalent stiffness for e = amplitude sin(wt), steady state."""

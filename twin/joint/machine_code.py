@@ -9,8 +9,8 @@ import numpy as np
 from numba import carray, cfunc, njit
 from numba.core.errors import NumbaError
 
+from twin.arrays import Array
 from twin.joint.calling import SIGNATURE, call_at
-from twin.joint.law import Series
 
 AHEAD = 3
 """Parameters of the kernels before the law's own numbers: two addresses and the length of the memory."""
@@ -48,7 +48,7 @@ def machine_code(function: Callable[..., Any], *, fills: bool) -> Any:
 
 
 @njit(cache=True)
-def along(p: Series, memory: Series, e: Series) -> Series:
+def along(p: Array, memory: Array, e: Array) -> Array:
     """Force along the samples of a path."""
     force = np.empty_like(e)
     for i in range(e.shape[0]):

@@ -11,8 +11,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from twin.arrays import Array
 from twin.joint.kinds import POLYNOMIAL
-from twin.joint.law import Series, Stiffness
 
 
 def storage_ratio(k: int) -> float:
@@ -40,13 +40,13 @@ class Polynomial:
     stick: float = 0.0
 
     @property
-    def parameters(self) -> Series:
+    def parameters(self) -> Array:
         """[stick, n, time-form storage coefficients, n, time-form loss coefficients]."""
         storage = [c / storage_ratio(k) for k, c in enumerate(self.storage)]
         loss = [c / loss_ratio(k) for k, c in enumerate(self.loss)]
         return np.array([self.stick, len(storage), *storage, len(loss), *loss], float)
 
-    def force_history(self, e: Series) -> Series:
+    def force_history(self, e: Array) -> Array:
         """Force along a path."""
         size, sign = np.abs(e), self._direction(e)
         force = np.zeros_like(e)
@@ -56,14 +56,14 @@ class Polynomial:
             force += c / loss_ratio(k) * size ** (k + 1) * sign
         return force
 
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness: the polynomials."""
         X = np.asarray(amplitude, float)
         return np.polynomial.polynomial.polyval(X, np.array([*self.storage, 0.0])) + 1j * (
             np.polynomial.polynomial.polyval(X, np.array([*self.loss, 0.0]))
         )
 
-    def _direction(self, e: Series) -> Series:
+    def _direction(self, e: Array) -> Array:
         """sign(de/dt), reversed over the travel `stick`."""
         steps = np.diff(e, prepend=0.0)
         if self.stick == 0.0:

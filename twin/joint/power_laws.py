@@ -5,8 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from twin.arrays import Array
 from twin.joint.kinds import CUBIC, LINEAR, QUADRATIC_DRAG
-from twin.joint.law import Series, Stiffness
 
 
 @dataclass(frozen=True)
@@ -15,7 +15,7 @@ class _OneCoefficient:
     states: ClassVar[int] = 0
 
     @property
-    def parameters(self) -> Series:
+    def parameters(self) -> Array:
         """[coefficient]."""
         return np.array([self.coefficient])
 
@@ -26,11 +26,11 @@ class Linear(_OneCoefficient):
 
     kind: ClassVar[int] = LINEAR
 
-    def force_history(self, e: Series) -> Series:
+    def force_history(self, e: Array) -> Array:
         """Force along a path."""
         return self.coefficient * e
 
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness, k at any amplitude."""
         return np.full(np.shape(amplitude), self.coefficient + 0j)
 
@@ -41,11 +41,11 @@ class Cubic(_OneCoefficient):
 
     kind: ClassVar[int] = CUBIC
 
-    def force_history(self, e: Series) -> Series:
+    def force_history(self, e: Array) -> Array:
         """Force along a path."""
         return self.coefficient * e**3
 
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness."""
         return np.asarray(0.75 * self.coefficient * np.asarray(amplitude, float) ** 2, complex)
 
@@ -56,10 +56,10 @@ class QuadraticDrag(_OneCoefficient):
 
     kind: ClassVar[int] = QUADRATIC_DRAG
 
-    def force_history(self, e: Series) -> Series:
+    def force_history(self, e: Array) -> Array:
         """Force along a path of the velocity."""
         return self.coefficient * e * np.abs(e)
 
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Force over velocity, real."""
         return np.asarray(8.0 / (3.0 * np.pi) * self.coefficient * np.asarray(amplitude, float), complex)

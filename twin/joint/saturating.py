@@ -10,8 +10,8 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import ellipe, ellipk
 
+from twin.arrays import Array
 from twin.joint.kinds import SATURATING
-from twin.joint.law import Series, Stiffness
 from twin.joint.limits import LIMITS
 
 
@@ -30,15 +30,15 @@ class Saturating:
     spring: float = 0.0
 
     @property
-    def parameters(self) -> Series:
+    def parameters(self) -> Array:
         """[k, e0, spring]."""
         return np.array([self.k, self.e0, self.spring])
 
-    def force_history(self, e: Series) -> Series:
+    def force_history(self, e: Array) -> Array:
         """Force along a path."""
         return self.k * e / np.sqrt(1.0 + (e / self.e0) ** 2) + self.spring * e
 
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness."""
         m = (np.asarray(amplitude, float) / self.e0) ** 2
         series = 1.0 - 3.0 / 8.0 * m + 15.0 / 64.0 * m**2 - 175.0 / 1024.0 * m**3

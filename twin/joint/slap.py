@@ -9,8 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from twin.arrays import Array
 from twin.joint.kinds import HINGES
-from twin.joint.law import Series, Stiffness
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class PiecewiseLinearContact:
     side: tuple[int, ...]
 
     @property
-    def parameters(self) -> Series:
+    def parameters(self) -> Array:
         """[n, k1, g1, s1, k2, ...]."""
         rows = zip(self.stiffness_N_per_m, self.gap_m, self.side, strict=True)
         return np.array([len(self.gap_m), *(value for row in rows for value in row)], float)
@@ -41,14 +41,14 @@ class PiecewiseLinearContact:
         k, g, s = (np.array(values, float)[:, None] for values in (self.stiffness_N_per_m, self.gap_m, self.side))
         return float(np.min(np.sum(np.where(s * (between - g) > 0.0, k, 0.0), axis=0)))
 
-    def force_history(self, e: Series) -> Series:
+    def force_history(self, e: Array) -> Array:
         """Force along a path."""
         force = np.zeros_like(e)
         for k, g, s in zip(self.stiffness_N_per_m, self.gap_m, self.side, strict=True):
             force += k * s * np.maximum(s * (e - g), 0.0)
         return force
 
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness."""
         A = np.asarray(amplitude, float)
         total = np.zeros_like(A)

@@ -9,8 +9,8 @@ volts of a shaker.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.joint.calling import address, call_kernel
 from twin.joint.kernel import COMPILED, INNER
 from twin.response.aft import alternate
@@ -18,8 +18,6 @@ from twin.response.kernel import drive_slope, residual, rounding, transfer
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
 from twin.response.solve import solve
 from twin.response.system import Addresses, System
-
-Matrix = NDArray[np.float64]
 
 CONTRACTION = 0.5
 """Most of the last step of Newton's that the next may be: a parabola without a zero never gets below it."""
@@ -56,7 +54,7 @@ def with_kernels(s: System) -> System:
 
 
 @INNER
-def _measure(x: Matrix, largest: Matrix, size: Matrix) -> None:
+def _measure(x: Array, largest: Array, size: Array) -> None:
     """Sizes of the coordinates, (N,), each coordinate's at all its unknowns; `largest`, (locals,), is kept up."""
     locals_ = largest.shape[0]
     n = x.shape[0] // locals_
@@ -75,7 +73,7 @@ def _measure(x: Matrix, largest: Matrix, size: Matrix) -> None:
 
 
 @INNER
-def _length(v: Matrix, size: Matrix) -> float:
+def _length(v: Array, size: Array) -> float:
     """Of a change of the unknowns, or of a residual, over the size of the coordinates."""
     total = 0.0
     for i in range(v.shape[0]):
@@ -84,7 +82,7 @@ def _length(v: Matrix, size: Matrix) -> float:
 
 
 @INNER
-def _rounded(s: System, x: Matrix, R: Matrix, w: float, amplitude: float, F: Matrix, size: Matrix) -> bool:
+def _rounded(s: System, x: Array, R: Array, w: float, amplitude: float, F: Array, size: Array) -> bool:
     """Whether a residual is all rounding."""
     least = np.empty(x.shape[0])
     call_kernel(s.at.rounding, rounding, (s, x, w, amplitude, F, least))
@@ -93,7 +91,7 @@ def _rounded(s: System, x: Matrix, R: Matrix, w: float, amplitude: float, F: Mat
 
 @COMPILED
 def newton(
-    s: System, x: Matrix, w: float, amplitude: float, tolerance: float, most: int, contraction: float, F: Matrix
+    s: System, x: Array, w: float, amplitude: float, tolerance: float, most: int, contraction: float, F: Array
 ) -> tuple[int, int, float]:
     """Move x, (N,), onto the solution at w that is in reach.
 
@@ -141,7 +139,7 @@ def newton(
 
 
 @INNER
-def _border(J: Matrix, slope: Matrix, size: Matrix, span: float, row: Matrix, bordered: Matrix) -> None:
+def _border(J: Array, slope: Array, size: Array, span: float, row: Array, bordered: Array) -> None:
     """The Jacobian in unknowns over `size`, with the slope by the parameter over `span` and a last `row`."""
     N = J.shape[0]
     for i in range(N):
@@ -153,9 +151,7 @@ def _border(J: Matrix, slope: Matrix, size: Matrix, span: float, row: Matrix, bo
 
 
 @INNER
-def _tangent_at(
-    s: System, J: Matrix, slope: Matrix, size: Matrix, span: float, heading: Matrix, tangent: Matrix
-) -> bool:
+def _tangent_at(s: System, J: Array, slope: Array, size: Array, span: float, heading: Array, tangent: Array) -> bool:
     """Unit tangent of the branch in unknowns over `size` and the parameter over `span`, on the side of `heading`.
 
     Whether there is one is told.
@@ -176,8 +172,8 @@ def _tangent_at(
 
 @INNER
 def _advance(
-    s: System, z: Matrix, tangent: Matrix, size: Matrix, span: float, h: float, kink: bool, held: float, by_drive: bool,
-    unit: Matrix, tolerance: float, most: int, F: Matrix,
+    s: System, z: Array, tangent: Array, size: Array, span: float, h: float, kink: bool, held: float, by_drive: bool,
+    unit: Array, tolerance: float, most: int, F: Array,
 ) -> tuple[int, float]:  # fmt: skip
     """One step of arclength along the branch.
 
@@ -252,8 +248,8 @@ def turns_beyond(start: float, slope: float, end_slope: float, h: float, target:
 
 @COMPILED
 def follow(
-    s: System, start: Matrix, begin: float, end: float, held: float, by_drive: bool, span: float, step: float,
-    landing: bool, tolerance: float, corrections: int, X: Matrix, P: Matrix, F: Matrix, iterations: NDArray[np.int64],
+    s: System, start: Array, begin: float, end: float, held: float, by_drive: bool, span: float, step: float,
+    landing: bool, tolerance: float, corrections: int, X: Array, P: Array, F: Array, iterations: Array,
 ) -> tuple[int, int]:  # fmt: skip
     """Follow the branch in one parameter, through folds.
 

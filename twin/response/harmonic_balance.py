@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.bench.build import Built
 from twin.response import continuation
 from twin.response.kernel import drive_slope
@@ -21,19 +21,16 @@ from twin.response.solutions import Failure, PeriodicSolution, SolutionBranch, S
 from twin.response.stability import floquet_multipliers
 from twin.response.system import system_of, transfer
 
-Matrix = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
 MOST_ITERATIONS, MOST_CORRECTIONS = 30, 12
 
 
 class _State(NamedTuple):
     """Unknowns and local forces at a frequency (rad/s) and an amplitude of the drive."""
 
-    x: Matrix
+    x: Array
     w: float
     amplitude: float
-    F: Matrix
+    F: Array
     iterations: int
     jumped: bool = False
 
@@ -42,10 +39,10 @@ class _Way(NamedTuple):
     """Points along a branch: unknowns, parameter, forces and Newton steps; and how it ended."""
 
     outcome: int
-    X: Matrix
-    P: Matrix
-    F: Matrix
-    iterations: NDArray[np.int64]
+    X: Array
+    P: Array
+    F: Array
+    iterations: Array
 
 
 class HarmonicBalance:
@@ -156,7 +153,7 @@ class HarmonicBalance:
             failure = Failure(last_Hz, reason, np.nan, len(states))
         return SolutionBranch(tuple(self._told(states)), failure)
 
-    def multipliers(self, solution: PeriodicSolution, *, rate_Hz: float = LIMITS.internal_rate_Hz) -> Complex:
+    def multipliers(self, solution: PeriodicSolution, *, rate_Hz: float = LIMITS.internal_rate_Hz) -> Array:
         """Floquet multipliers of a steady state on the bench, largest first.
 
         Parameters
@@ -179,14 +176,14 @@ class HarmonicBalance:
         """
         return bool(abs(self.multipliers(solution)[0]) < 1.0 + LIMITS.neutral_multiplier)
 
-    def _linear(self, w: float, amplitude: float) -> Matrix:
+    def _linear(self, w: float, amplitude: float) -> Array:
         """Unknowns without local forces."""
         slope = np.empty(self._locals * self._n)
         drive_slope(self._system, w, slope)
         return -amplitude * slope
 
     def _newton(
-        self, start: Matrix, w: float, amplitude: float, tolerance: float, contraction: float
+        self, start: Array, w: float, amplitude: float, tolerance: float, contraction: float
     ) -> _State | Failure:
         """The steady state in reach of a start."""
         x, F = start.copy(), np.empty((self._locals, self._n))
@@ -253,7 +250,7 @@ class HarmonicBalance:
         return _State(way.X[-1], w, amplitude, way.F[-1], int(way.iterations.sum()), jumped=turned)
 
     def _follow(
-        self, start: Matrix, begin: float, end: float, held: float, *, by_drive: bool, span: float, step: float,
+        self, start: Array, begin: float, end: float, held: float, *, by_drive: bool, span: float, step: float,
         most: int, landing: bool = False, tolerance: float = LIMITS.balance_tolerance,
     ) -> _Way:  # fmt: skip
         """Points along a branch after its first; as :func:`twin.response.continuation.follow`."""

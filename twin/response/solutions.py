@@ -5,10 +5,8 @@ from dataclasses import dataclass
 from typing import overload
 
 import numpy as np
-from numpy.typing import NDArray
 
-Matrix = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from twin.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -30,9 +28,9 @@ class PeriodicSolution:
     """
 
     frequency_Hz: float
-    unknowns: Matrix
-    inputs: Complex
-    channels: Complex
+    unknowns: Array
+    inputs: Array
+    channels: Array
     iterations: int
     jumped: bool = False
 

@@ -8,8 +8,6 @@ from twin.rigs.kinds import AnyRig
 from twin.rigs.rig import Rig
 from twin.rigs.tables import Acquisition, Drift, LawOfRig
 
-__all__ = ["assumed"]
-
 LIMITS = {"voltage_limit": "voltage", "current_limit": "current", "force_limit": "force", "stroke_limit": "stroke"}
 
 

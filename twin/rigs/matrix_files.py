@@ -4,18 +4,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from recordings.columns import Columns
 from recordings.errors import InputError
+from twin.arrays import Array
 from twin.rigs.layout import Layout, MatricesPart
 from twin.rigs.limits import LIMITS
 from twin.rigs.matrices import FoundMatrix, read_matrix
 from twin.rigs.node_tables import DOFS, read_node_table
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 PAIR_LIMIT = 10_000
 
@@ -27,7 +24,7 @@ class PartMatrices:
     M: csr_array
     K: csr_array
     """Symmetric mass and stiffness, (n, n); kg and N/m, for rotations kg m2 and N m/rad."""
-    nodes: Integers
+    nodes: Array
     """Numbers of the nodes, rising, (k,)."""
     coordinates: Array
     """Where they are, m, (k, 3)."""
@@ -50,8 +47,8 @@ class PartMatrices:
 class NodePairs:
     """Pairs of nodes that a joint or a tie connects."""
 
-    a: Integers
-    b: Integers
+    a: Array
+    b: Array
     """Node numbers on the first and on the second part, (m,)."""
     area_m2: Array
     """What a pair stands for, (m,)."""
@@ -119,7 +116,7 @@ def read_matrix_pair(mass: Path, stiffness: Path) -> tuple[FoundMatrix, FoundMat
     return replace(M, labels=labels, held=held), replace(K, labels=labels, held=held)
 
 
-def labelled_rows(matrix: FoundMatrix, nodes: Integers) -> dict[tuple[int, str], int]:
+def labelled_rows(matrix: FoundMatrix, nodes: Array) -> dict[tuple[int, str], int]:
     """Rows by (node, dof) of the nodes of a table, from the labels of a matrix that has them."""
     assert matrix.labels is not None
     node, component = np.divmod(matrix.labels, LIMITS.found_components)

@@ -15,8 +15,6 @@ from twin.rigs.layout import At, Dof
 from twin.rigs.store import FILES, KindOfRig
 from twin.rigs.structure_rig import StructureRig, unique
 
-__all__ = ["Connection", "MeasuredPart", "SubstructuresRig", "load_substructures"]
-
 
 class MeasuredPart(Table):
     """A part known by its frequency responses between points."""

@@ -3,9 +3,9 @@
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from twin.arrays import Array
 from twin.rigs import BeamPart, Dof, Layout, Link, PointMass, Rig, Support, Tie
 from twin.structure.constraints import free_coordinates
 from twin.structure.elements.beam import beam_mass, beam_stiffness
@@ -17,7 +17,6 @@ from twin.structure.mesh import PLANE_DOFS, SPACE_DOFS, BeamMesh, mesh_beams, me
 from twin.structure.sparse import from_blocks, with_square
 from twin.structure.structure import Structure
 
-Matrix = NDArray[np.float64]
 Mesh = BeamMesh | MatrixCoordinates
 
 
@@ -79,7 +78,7 @@ def assemble(rig: Rig, *, layout: Layout | None = None, sensor_masses: bool = Tr
     return structure
 
 
-def beam_elements(mesh: BeamMesh) -> tuple[Matrix, Matrix]:
+def beam_elements(mesh: BeamMesh) -> tuple[Array, Array]:
     """Stiffness and mass (e, 6, 6) or (e, 12, 12) of a beam's elements, Euler-Bernoulli or Timoshenko."""
     beam, length = mesh.part, np.diff(mesh.s)
     stiffness, mass = _plane_elements(beam, length, beam.second_moment)
@@ -91,7 +90,7 @@ def beam_elements(mesh: BeamMesh) -> tuple[Matrix, Matrix]:
     return stiffness, mass
 
 
-def _plane_elements(beam: BeamPart, length: Matrix, second_moment: float) -> tuple[Matrix, Matrix]:
+def _plane_elements(beam: BeamPart, length: Array, second_moment: float) -> tuple[Array, Array]:
     """Stiffness and mass (e, 6, 6) of elements that bend in one plane."""
     EA, EI = beam.youngs_modulus * beam.area, beam.youngs_modulus * second_moment
     stiffness = beam_stiffness(EA=EA, EI=EI, length=length, shear_ratio=beam.shear_ratio)
@@ -102,13 +101,13 @@ def _plane_elements(beam: BeamPart, length: Matrix, second_moment: float) -> tup
     return stiffness, beam_mass(mass_per_length=m, length=length)
 
 
-def chain(mesh: BeamMesh, elements: Matrix, size: int) -> csr_array:
+def chain(mesh: BeamMesh, elements: Array, size: int) -> csr_array:
     """A beam's matrix over `size` displacements, of its elements (e, 6, 6) or (e, 12, 12) over their own."""
     turn = mesh.rotation
     return from_blocks(mesh.element_dofs, mesh.element_dofs, turn.T @ elements @ turn, size)
 
 
-def _dof(mesh: Mesh, at: float, name: str) -> tuple[NDArray[np.int64], Matrix] | None:
+def _dof(mesh: Mesh, at: float, name: str) -> tuple[Array, Array] | None:
     """Displacements and coefficients of one motion at a node; None where it has none."""
     if isinstance(mesh, MatrixCoordinates):
         return mesh.dof(at, name)
@@ -117,7 +116,7 @@ def _dof(mesh: Mesh, at: float, name: str) -> tuple[NDArray[np.int64], Matrix] |
     return mesh.node_dofs(at)[[mesh.dofs.index(name)]], np.ones(1)
 
 
-def _row(mesh: Mesh, at: float, name: str, size: int) -> Matrix | None:
+def _row(mesh: Mesh, at: float, name: str, size: int) -> Array | None:
     found = _dof(mesh, at, name)
     if found is None:
         return None
@@ -126,12 +125,12 @@ def _row(mesh: Mesh, at: float, name: str, size: int) -> Matrix | None:
     return row
 
 
-def _fixed(support: Support, mesh: Mesh, size: int) -> Matrix:
+def _fixed(support: Support, mesh: Mesh, size: int) -> Array:
     rows = [row for name in support.fix if (row := _row(mesh, support.at, name, size)) is not None]
     return np.array(rows).reshape(-1, size)
 
 
-def _held(support: Support, mesh: Mesh, size: int) -> Iterator[tuple[float, Matrix]]:
+def _held(support: Support, mesh: Mesh, size: int) -> Iterator[tuple[float, Array]]:
     """Each spring of a support, with the row of the motion that it holds."""
     for name, stiffness in support.stiffness.items():
         row = _row(mesh, support.at, name, size)
@@ -139,7 +138,7 @@ def _held(support: Support, mesh: Mesh, size: int) -> Iterator[tuple[float, Matr
             yield stiffness, row
 
 
-def _moved(mass: PointMass, mesh: Mesh, size: int) -> Iterator[tuple[float, Matrix]]:
+def _moved(mass: PointMass, mesh: Mesh, size: int) -> Iterator[tuple[float, Array]]:
     """Each inertia of a point mass, with the row of the motion that it resists."""
     for name, inertia in (*((axis, mass.mass) for axis in AXES), *mass.inertia.items()):
         row = _row(mesh, mass.at, name, size)
@@ -149,7 +148,7 @@ def _moved(mass: PointMass, mesh: Mesh, size: int) -> Iterator[tuple[float, Matr
 
 def _against(
     link: Link, rates: Mapping[Dof, float], meshes: Mapping[str, Mesh], size: int
-) -> Iterator[tuple[float, Matrix]]:
+) -> Iterator[tuple[float, Array]]:
     """Each rate of a link, with the row of the motion of its ends against each other."""
     first, second = (meshes[name] for name in link.between)
     for name, rate in rates.items():
@@ -158,7 +157,7 @@ def _against(
             yield rate, two - one
 
 
-def _tied(tie: Tie, layout: Layout, meshes: dict[str, Mesh], size: int) -> Matrix:
+def _tied(tie: Tie, layout: Layout, meshes: dict[str, Mesh], size: int) -> Array:
     """Constraints (c, N): the second part moves with the first as if a rigid arm joined both places."""
     first, second = (meshes[name] for name in tie.between)
     rows = []

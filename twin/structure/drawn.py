@@ -4,16 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
 from recordings.directions import AXES
+from twin.arrays import Array
 from twin.rigs import Place
 from twin.structure.limits import LIMITS
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
-
-Array = NDArray[np.float64]
 
 FLAT = 1e-6
 """Spread of nodes across their longest axis, over that along it, below which they lie on a line."""
@@ -36,7 +34,7 @@ class DrawnPart:
     name: str
     points: Array
     """Coordinates of its nodes, m, (k, 3)."""
-    edges: NDArray[np.int64]
+    edges: Array
     """Which of them are joined by a line, (e, 2)."""
     rows: Array
     """Their displacements along x, y and z, (3, k, n)."""
@@ -66,7 +64,7 @@ def point_of(structure: Structure, place: Place) -> Array:
     return structure.meshes[place.part].coordinates(place.at)
 
 
-def _net(points: Array) -> NDArray[np.int64]:
+def _net(points: Array) -> Array:
     """Pairs of neighbours as seen on the plane in which the nodes spread most; a chain where they lie on a line.
 
     Matrices come without elements: this is a net to look at, and no more.

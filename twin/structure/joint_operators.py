@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.rigs import Layout, ThinLayer
 from twin.structure.elements.thin_layer import ThinLayerElement, space_thin_layer, thin_layer
 from twin.structure.limits import LIMITS
@@ -14,7 +13,6 @@ from twin.structure.matrix_coordinates import MatrixCoordinates, node_pairs
 from twin.structure.mesh import BeamMesh, LayerMesh
 from twin.structure.structure import JointOperators
 
-Matrix = NDArray[np.float64]
 Mesh = BeamMesh | MatrixCoordinates
 
 
@@ -33,7 +31,7 @@ def joint_operators(
 
 def layer_element_dofs(
     layer: LayerMesh, first: BeamMesh, second: BeamMesh
-) -> Iterator[tuple[float, float, NDArray[np.int64], Matrix]]:
+) -> Iterator[tuple[float, float, Array, Array]]:
     """Begin (m along the first beam) and length of each element of a layer, and its displacements.
 
     These are twelve of plane beams, 24 of beams in space, those of the beam below first; with them goes the rotation
@@ -76,7 +74,7 @@ def of_beams(
         make = partial(layer_of, bottom_thickness=bottom.part.thickness, top_thickness=top.part.thickness)
     width = joint.width or min(first.part.width, second.part.width)
     names = ("B_E", "B_G", "normal_weight", "shear_weight", "normal_at", "shear_at", "shear_direction")
-    found: dict[str, list[NDArray[Any]]] = {name: [] for name in names}
+    found: dict[str, list[Array]] = {name: [] for name in names}
     for begin, length, dofs, turn in layer_element_dofs(layer, first, second):
         element = make(length=length, height=joint.layer_height, width=width)
         for name, B in (("B_E", element.B_E), ("B_G", element.B_G)):
@@ -133,7 +131,7 @@ def _of_pairs(
     )
 
 
-def _tangents(normal: Matrix, axis: Matrix) -> tuple[Matrix, Matrix]:
+def _tangents(normal: Array, axis: Array) -> tuple[Array, Array]:
     """Unit vectors along the contact, as far as the normal allows, and across it."""
     tangent = axis - (axis @ normal) * normal
     if np.linalg.norm(tangent) < 1e-6:
@@ -144,8 +142,8 @@ def _tangents(normal: Matrix, axis: Matrix) -> tuple[Matrix, Matrix]:
 
 
 def _difference(
-    first: MatrixCoordinates, second: MatrixCoordinates, a: int, b: int, direction: Matrix, size: int
-) -> Matrix:
+    first: MatrixCoordinates, second: MatrixCoordinates, a: int, b: int, direction: Array, size: int
+) -> Array:
     row = np.zeros(size)
     for mesh, node, sign in ((first, a, -1.0), (second, b, 1.0)):
         dofs, coefficients = mesh.translation(node, direction.tolist())

@@ -9,33 +9,31 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.structure.structure import JointOperators, Structure
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class LayerPoints:
     """Operators of p points, of one joint or of several one after the other, over n coordinates."""
 
-    opening: Matrix
-    slip: Matrix
+    opening: Array
+    slip: Array
     """Rows whose products with the displacements are the opening and the slip, m, (p, n)."""
-    opening_weight: Matrix
-    slip_weight: Matrix
+    opening_weight: Array
+    slip_weight: Array
     """Area over height, m, (p,): a modulus times its weight is a stiffness."""
-    joint: NDArray[np.int64]
+    joint: Array
     """Number of the joint that each belongs to, (p,)."""
 
     @property
-    def rows(self) -> Matrix:
+    def rows(self) -> Array:
         """Openings, then slips, (2 p, n)."""
         return np.vstack([self.opening, self.slip])
 
     @property
-    def weights(self) -> Matrix:
+    def weights(self) -> Array:
         """Of :attr:`rows`, (2 p,)."""
         return np.concatenate([self.opening_weight, self.slip_weight])
 
@@ -86,14 +84,14 @@ def points_of_joints(structure: Structure, counts: Sequence[int], towards_middle
     )
 
 
-def _slips(operators: JointOperators, direction: int, count: int) -> tuple[Matrix, Matrix]:
+def _slips(operators: JointOperators, direction: int, count: int) -> tuple[Array, Array]:
     own = operators.shear_direction == direction
     return _means(operators.B_G[own], operators.shear_weight[own], operators.shear_at[own], operators.ends, count)
 
 
 def _means(
-    B: Matrix, weight: Matrix, x: Matrix, ends: tuple[float, float], count: int, towards_middle: float = 0.0
-) -> tuple[Matrix, Matrix]:
+    B: Array, weight: Array, x: Array, ends: tuple[float, float], count: int, towards_middle: float = 0.0
+) -> tuple[Array, Array]:
     """Mean rows (count, n) of each element's Gauss points, and sums of their weights (count,).
 
     A weight of 1 - 5/2 P2 over an element, in place of 1, makes a parabola's mean its value in the middle.

@@ -5,16 +5,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.errors import InputError, blamed_on
+from twin.arrays import Array
 from twin.rigs import Layout, MatricesPart, Rig
 from twin.rigs.matrix_files import NodePairs, PartMatrices, part_matrices, read_pairs
 from twin.structure.craig_bampton import ReducedPart, cached_craig_bampton
 from twin.structure.limits import LIMITS
 from twin.structure.node_field import NodeField
-
-Array = NDArray[np.float64]
 
 AXES = ("x", "y", "z")
 TRANSLATIONS_AND_ROTATIONS = ("x", "y", "z", "rx", "ry", "rz")
@@ -35,14 +33,14 @@ class MatrixCoordinates:
         """Number of coordinates."""
         return len(self.reduced.M)
 
-    def dof(self, node: float, name: str) -> tuple[NDArray[np.int64], Array] | None:
+    def dof(self, node: float, name: str) -> tuple[Array, Array] | None:
         """Coordinates and coefficients of a node's displacement or rotation; None where it has none."""
         row = self.matrices.row(int(node), name)
         if row is None:
             return None
         return self.first + np.arange(self.size), self.reduced.T[row]
 
-    def translation(self, node: float, direction: Sequence[float]) -> tuple[NDArray[np.int64], Array]:
+    def translation(self, node: float, direction: Sequence[float]) -> tuple[Array, Array]:
         """The same of its displacement in a direction."""
         try:
             self.matrices.coordinates_of(int(node))

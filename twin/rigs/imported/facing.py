@@ -1,14 +1,12 @@
 """Nodes of two parts that face each other across a joint, with the area that each pair stands for."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import Delaunay, KDTree, QhullError
 
+from twin.arrays import Array
 from twin.rigs.imported.part import ImportedPart
 from twin.rigs.limits import LIMITS
 from twin.rigs.matrix_files import PAIR_LIMIT, NodePairs
-
-Array = NDArray[np.float64]
 
 
 def facing_pairs(a: ImportedPart, b: ImportedPart) -> NodePairs | None:

@@ -4,13 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
+from twin.arrays import Array
 from twin.rigs.limits import LIMITS
 
-Array = NDArray[np.float64]
 Rows = Mapping[tuple[int, str], int]
 
 

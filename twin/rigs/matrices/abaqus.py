@@ -6,17 +6,9 @@ from typing import BinaryIO
 import numpy as np
 
 from recordings.errors import InputError
+from twin.arrays import Array
 from twin.rigs.limits import LIMITS
-from twin.rigs.matrices.found import (
-    NODE_LIMIT,
-    Array,
-    FoundMatrix,
-    Integers,
-    Role,
-    from_entries,
-    from_labelled,
-    labels_of,
-)
+from twin.rigs.matrices.found import NODE_LIMIT, FoundMatrix, Role, from_entries, from_labelled, labels_of
 from twin.rigs.matrices.numbers import number_table, whole_numbers
 
 TYPES = {"mass": "MASS", "stiffness": "STIFFNESS"}
@@ -109,7 +101,7 @@ def _substructure(path: Path, data: bytes, role: Role) -> FoundMatrix:
     return _triangle(path, labels, number_table(path, b"\n".join(entries), columns=1)[:, 0], chosen)
 
 
-def _labels_of_element(path: Path, nodes: list[int], dofs: dict[int, list[int]]) -> Integers:
+def _labels_of_element(path: Path, nodes: list[int], dofs: dict[int, list[int]]) -> Array:
     """A label for each row: position by position, the last list of degrees of freedom holds until there is another."""
     active: list[int] = []
     found = []
@@ -125,7 +117,7 @@ def _labels_of_element(path: Path, nodes: list[int], dofs: dict[int, list[int]])
     return labels
 
 
-def _triangle(path: Path, labels: Integers, values: Array, name: str) -> FoundMatrix:
+def _triangle(path: Path, labels: Array, values: Array, name: str) -> FoundMatrix:
     n = len(labels)
     if len(values) != n * (n + 1) // 2:
         reason = f"{name}: {len(values)} entries; {n} degrees of freedom need {n * (n + 1) // 2} of one triangle"

@@ -7,8 +7,9 @@ import numpy as np
 
 from recordings.errors import InputError
 from recordings.reader import open_input
+from twin.arrays import Array
 from twin.rigs.limits import LIMITS
-from twin.rigs.matrices.found import NODE_LIMIT, ORDER_LIMIT, FoundMatrix, Integers, Role, from_entries, labels_of
+from twin.rigs.matrices.found import NODE_LIMIT, ORDER_LIMIT, FoundMatrix, Role, from_entries, labels_of
 from twin.rigs.matrices.numbers import number_table, whole_numbers
 
 ROLES = {".mas": "mass", ".sti": "stiffness"}
@@ -33,7 +34,7 @@ def read_calculix(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:
     return FoundMatrix(matrix[order][:, order], labels[order])
 
 
-def _labels(path: Path) -> Integers:
+def _labels(path: Path) -> Array:
     """Node and direction of each row, as ``node.direction``."""
     with open_input(path) as stream:
         text = stream.read(ORDER_LIMIT * 64).decode("latin-1")  # characters a line at most

@@ -7,7 +7,8 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from recordings.errors import InputError
-from twin.rigs.matrices.found import Array, FoundMatrix, Integers, Role, check_shape, from_entries, name_for
+from twin.arrays import Array
+from twin.rigs.matrices.found import FoundMatrix, Role, check_shape, from_entries, name_for
 from twin.rigs.matrices.op4_binary import binary_matrices
 from twin.rigs.matrices.op4_matrix import SYMMETRIC, Op4Matrix
 from twin.rigs.matrices.op4_text import text_matrices
@@ -30,7 +31,7 @@ def read_op4(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:
     return FoundMatrix(csr_array(coo_array((value, (row, column)), shape=one.shape)))
 
 
-def _entries(path: Path, matrix: Op4Matrix) -> tuple[Integers, Integers, Array]:
+def _entries(path: Path, matrix: Op4Matrix) -> tuple[Array, Array, Array]:
     """Rows, columns and values of all that stands in the file."""
     pieces = list(matrix.strings)
     rows = [np.arange(first, first + len(values), dtype=np.int64) for _, first, values in pieces]

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from recordings.errors import InputError
-from twin.rigs.matrices.found import Array
+from twin.arrays import Array
 
 SYMMETRIC = 6
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from recordings.errors import InputError
-from twin.rigs.matrices.found import Array
+from twin.arrays import Array
 from twin.rigs.matrices.numbers import fortran_number
 from twin.rigs.matrices.op4_matrix import Op4Matrix, op4_head, string_head
 

@@ -4,12 +4,11 @@ from functools import cache
 from types import EllipsisType
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Matrix = NDArray[np.float64]
+from twin.arrays import Array
 
-
-Block = tuple[EllipsisType, NDArray[np.int64], NDArray[np.int64]]
+Block = tuple[EllipsisType, Array, Array]
 
 
 def _block(dofs: list[int]) -> Block:
@@ -24,14 +23,14 @@ _MASS = np.array([[156.0, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-1
 _STRETCH, _AXIAL_MASS = np.array([[1.0, -1], [-1, 1]]), np.array([[2.0, 1], [1, 2]]) / 6
 
 
-def per_length(length: ArrayLike) -> Matrix:
+def per_length(length: ArrayLike) -> Array:
     """Factors of the bending entries, (..., 4, 4): a rotation counts as an end's deflection over the length."""
     L = np.asarray(length, float)
     d = np.stack([np.ones_like(L), L, np.ones_like(L), L], axis=-1)
     return np.asarray(d[..., :, None] * d[..., None, :])
 
 
-def beam_stiffness(*, EA: float, EI: float, length: ArrayLike, shear_ratio: float = 0.0) -> Matrix:
+def beam_stiffness(*, EA: float, EI: float, length: ArrayLike, shear_ratio: float = 0.0) -> Array:
     """Stiffness (..., 6, 6) of beam elements, DOFs (u1, v1, theta1, u2, v2, theta2).
 
     Parameters
@@ -53,7 +52,7 @@ def beam_stiffness(*, EA: float, EI: float, length: ArrayLike, shear_ratio: floa
 
 def weakened_stiffness(
     *, EA: float, EI: float, length: float, weak: tuple[float, float], factor: float, shear_ratio: float = 0.0
-) -> Matrix:
+) -> Array:
     """Stiffness (6, 6) of one beam element of which a stretch is weaker, DOFs as in :func:`beam_stiffness`.
 
     Exact: the flexibilities of the stretches add under the linear moment of an element without loads.
@@ -80,7 +79,7 @@ def weakened_stiffness(
     return K
 
 
-def beam_mass(*, mass_per_length: float, length: ArrayLike) -> Matrix:
+def beam_mass(*, mass_per_length: float, length: ArrayLike) -> Array:
     """Consistent mass (..., 6, 6) of beam elements, DOFs (u1, v1, theta1, u2, v2, theta2).
 
     Parameters
@@ -97,28 +96,28 @@ def beam_mass(*, mass_per_length: float, length: ArrayLike) -> Matrix:
     return M
 
 
-def deflection_shape(xi: float, length: float) -> Matrix:
+def deflection_shape(xi: float, length: float) -> Array:
     """Hermite functions of (v1, theta1, v2, theta2) for the deflection v at `xi` in 0..1."""
     return np.array(
         [1 - 3 * xi**2 + 2 * xi**3, length * (xi - 2 * xi**2 + xi**3), 3 * xi**2 - 2 * xi**3, length * (xi**3 - xi**2)]
     )
 
 
-def slope_shape(xi: float, length: float) -> Matrix:
+def slope_shape(xi: float, length: float) -> Array:
     """Derivative of :func:`deflection_shape` with respect to x: the slope v' at `xi` in 0..1."""
     return np.array(
         [(6 * xi**2 - 6 * xi) / length, 1 - 4 * xi + 3 * xi**2, (6 * xi - 6 * xi**2) / length, 3 * xi**2 - 2 * xi]
     )
 
 
-def curvature_shape(xi: float, length: float) -> Matrix:
+def curvature_shape(xi: float, length: float) -> Array:
     """Second derivative of :func:`deflection_shape` with respect to x: the curvature v'' at `xi` in 0..1."""
     return np.array(
         [(12 * xi - 6) / length**2, (6 * xi - 4) / length, (6 - 12 * xi) / length**2, (6 * xi - 2) / length]
     )
 
 
-def rotation_rate_shape(xi: float, length: float, shear: float) -> Matrix:
+def rotation_rate_shape(xi: float, length: float, shear: float) -> Array:
     """Functions of (v1, theta1, v2, theta2) for the derivative of the section's rotation at `xi` in 0..1.
 
     Parameters
@@ -131,7 +130,7 @@ def rotation_rate_shape(xi: float, length: float, shear: float) -> Matrix:
 
 
 @cache
-def gauss(points: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def gauss(points: int) -> tuple[Array, Array]:
     """Abscissae and weights of Gauss-Legendre quadrature on 0..1."""
     x, w = np.polynomial.legendre.leggauss(points)
     return (x + 1) / 2, w / 2

@@ -5,9 +5,8 @@ and across both, and rotations about them.  Bending along the normal goes with t
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Matrix = NDArray[np.float64]
+from twin.arrays import Array
 
 AXIAL, TWIST = [0, 6], [3, 9]
 BENT, BENT_ACROSS = [1, 5, 7, 11], [2, 4, 8, 10]
@@ -20,7 +19,7 @@ _BENDING = np.array([1, 2, 4, 5])
 _TWIST_STIFFNESS, _TWIST_MASS = np.array([[1.0, -1], [-1, 1]]), np.array([[2.0, 1], [1, 2]]) / 6
 
 
-def space_element(plane: Matrix, across: Matrix, twist: Matrix) -> Matrix:
+def space_element(plane: Array, across: Array, twist: Array) -> Array:
     """A matrix of elements in space, (..., 12, 12).
 
     Parameters
@@ -37,11 +36,11 @@ def space_element(plane: Matrix, across: Matrix, twist: Matrix) -> Matrix:
     return whole
 
 
-def twist_stiffness(*, GJ: float, length: Matrix) -> Matrix:
+def twist_stiffness(*, GJ: float, length: Array) -> Array:
     """Between the rotations about the axis of elements of torsional stiffness GJ (N m2), (e, 2, 2)."""
     return GJ / np.asarray(length)[..., None, None] * _TWIST_STIFFNESS
 
 
-def twist_mass(*, inertia_per_length: float, length: Matrix) -> Matrix:
+def twist_mass(*, inertia_per_length: float, length: Array) -> Array:
     """The same of the mass; the density times the polar second moment of area, kg m."""
     return inertia_per_length * np.asarray(length)[..., None, None] * _TWIST_MASS

@@ -12,8 +12,8 @@ operators B_E and B_G, so that K = E' B_E' B_E + G' B_G' B_G: affine in the modu
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.structure.elements.beam import deflection_shape, gauss, slope_shape
 from twin.structure.elements.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS, TWIST
 from twin.structure.limits import LIMITS
@@ -26,17 +26,17 @@ class ThinLayerElement:
     DOFs: (u1, v1, theta1, u2, v2, theta2) of the bottom beam's element, then of the top beam's.
     """
 
-    B_E: NDArray[np.float64]
+    B_E: Array
     """Rows sqrt(weight t / h) times the opening dv, (4, 12)."""
-    B_G: NDArray[np.float64]
+    B_G: Array
     """Rows sqrt(weight t / h) times the slip, (3, 12)."""
-    normal_weight: NDArray[np.float64]
-    shear_weight: NDArray[np.float64]
+    normal_weight: Array
+    shear_weight: Array
     """The factors sqrt(weight t / h) themselves: a row divided by its factor is the opening or slip in metres."""
-    normal_at: NDArray[np.float64]
-    shear_at: NDArray[np.float64]
+    normal_at: Array
+    shear_at: Array
     """Where along the element each row is taken, 0..1."""
-    shear_direction: NDArray[np.int64] | None = None
+    shear_direction: Array | None = None
     """Which way each row of B_G slips: 0 along the beams, 1 across them; None of plane beams, which slip along only."""
 
 
@@ -81,7 +81,7 @@ def space_thin_layer(
     return ThinLayerElement(np.array(opening), np.array(slip), *each, np.tile([0, 1], len(weights)))
 
 
-def _surface_motion(xi: float, length: float, *, height: float, across: float) -> NDArray[np.float64]:
+def _surface_motion(xi: float, length: float, *, height: float, across: float) -> Array:
     """Rows (3, 12) of the motion along axis, normal and across of a section's point, so far off the axis."""
     rows, linear = np.zeros((3, 12)), np.array([1 - xi, xi])
     rows[0, AXIAL], rows[0, BENT] = linear, -height * slope_shape(xi, length)

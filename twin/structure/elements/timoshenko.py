@@ -6,19 +6,18 @@ chapter 11.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from twin.arrays import Array
 from twin.structure.elements.beam import BENDING, beam_mass, gauss, per_length
 
-Matrix = NDArray[np.float64]
 
-
-def shear_parameter(*, radius2: float, shear_ratio: float, length: Matrix) -> Matrix:
+def shear_parameter(*, radius2: float, shear_ratio: float, length: Array) -> Array:
     """The element's phi, from the section's I/A (`radius2`, m2), s = E/(kappa G) and the element's length (m)."""
     return np.asarray(12.0 * radius2 * shear_ratio / length**2)
 
 
-def timoshenko_mass(*, mass_per_length: float, radius2: float, length: ArrayLike, shear_ratio: float) -> Matrix:
+def timoshenko_mass(*, mass_per_length: float, radius2: float, length: ArrayLike, shear_ratio: float) -> Array:
     """Consistent mass (..., 6, 6) with rotary inertia, DOFs (u1, v1, theta1, u2, v2, theta2).
 
     Parameters
@@ -43,7 +42,7 @@ def timoshenko_mass(*, mass_per_length: float, radius2: float, length: ArrayLike
     return M
 
 
-def _of_phi(a: list[Matrix], b: list[Matrix]) -> tuple[Matrix, Matrix, Matrix]:
+def _of_phi(a: list[Array], b: list[Array]) -> tuple[Array, Array, Array]:
     """Integrals of N' N over the element for N = a + phi b: what goes with 1, phi and phi^2."""
     one, two = np.stack(a, axis=1), np.stack(b, axis=1)
     mixed = (one.T * _WEIGHT) @ two
