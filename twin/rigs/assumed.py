@@ -4,8 +4,8 @@ from collections.abc import Iterable, Iterator
 
 from twin.rigs.beam import BeamRig
 from twin.rigs.beam_part import BeamSection
-from twin.rigs.kinds import AnyRig
 from twin.rigs.rig import Rig
+from twin.rigs.store import AnyRig
 from twin.rigs.tables import Acquisition, Drift, LawOfRig
 
 LIMITS = {"voltage_limit": "voltage", "current_limit": "current", "force_limit": "force", "stroke_limit": "stroke"}
