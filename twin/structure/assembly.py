@@ -8,9 +8,8 @@ from scipy.sparse import csr_array
 from twin.arrays import Array
 from twin.rigs import BeamPart, Dof, Layout, Link, PointMass, Rig, Support, Tie
 from twin.structure.constraints import free_coordinates
-from twin.structure.elements.beam import beam_mass, beam_stiffness
-from twin.structure.elements.space_beam import space_element, twist_mass, twist_stiffness
-from twin.structure.elements.timoshenko import timoshenko_mass
+from twin.structure.elements.beam import beam_mass, beam_stiffness, rod_mass, rod_stiffness
+from twin.structure.elements.space_beam import space_element
 from twin.structure.joint_operators import joint_operators
 from twin.structure.matrix_coordinates import AXES, MatrixCoordinates, node_pairs, reduced_parts
 from twin.structure.mesh import PLANE_DOFS, SPACE_DOFS, BeamMesh, mesh_beams, mesh_layers
@@ -85,8 +84,8 @@ def beam_elements(mesh: BeamMesh) -> tuple[Array, Array]:
     if beam.in_space:
         stiff_across, heavy_across = _plane_elements(beam, length, beam.second_moment_across)
         polar = beam.second_moment + beam.second_moment_across
-        stiffness = space_element(stiffness, stiff_across, twist_stiffness(GJ=beam.torsional_stiffness, length=length))
-        mass = space_element(mass, heavy_across, twist_mass(inertia_per_length=beam.density * polar, length=length))
+        stiffness = space_element(stiffness, stiff_across, rod_stiffness(beam.torsional_stiffness, length))
+        mass = space_element(mass, heavy_across, rod_mass(beam.density * polar, length))
     return stiffness, mass
 
 
@@ -94,11 +93,11 @@ def _plane_elements(beam: BeamPart, length: Array, second_moment: float) -> tupl
     """Stiffness and mass (e, 6, 6) of elements that bend in one plane."""
     EA, EI = beam.youngs_modulus * beam.area, beam.youngs_modulus * second_moment
     stiffness = beam_stiffness(EA=EA, EI=EI, length=length, shear_ratio=beam.shear_ratio)
-    m = beam.density * beam.area
-    if beam.shear_ratio > 0:
-        section = {"mass_per_length": m, "radius2": second_moment / beam.area, "shear_ratio": beam.shear_ratio}
-        return stiffness, timoshenko_mass(**section, length=length)
-    return stiffness, beam_mass(mass_per_length=m, length=length)
+    radius2 = second_moment / beam.area if beam.shear_ratio > 0 else 0.0
+    mass = beam_mass(
+        mass_per_length=beam.density * beam.area, length=length, radius2=radius2, shear_ratio=beam.shear_ratio
+    )
+    return stiffness, mass
 
 
 def chain(mesh: BeamMesh, elements: Array, size: int) -> csr_array:

@@ -7,7 +7,7 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.rigs import BeamPart, Layout, ThinLayer
-from twin.structure.elements.beam import deflection_shape, rotation_rate_shape, slope_shape
+from twin.structure.elements.beam import deflection_shape, rotation_rate_shape
 from twin.structure.elements.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS
 from twin.structure.limits import LIMITS
 
@@ -73,7 +73,7 @@ class BeamMesh:
 
     def slope(self, s: float) -> tuple[Array, Array]:
         """The same of the deflection's derivative along the beam."""
-        return self._row(s, lambda xi, length: (np.zeros(2), slope_shape(xi, length), np.zeros(4)))
+        return self._row(s, lambda xi, length: (np.zeros(2), deflection_shape(xi, length, 1), np.zeros(4)))
 
     def strain(self, s: float, *, side: float) -> tuple[Array, Array]:
         """The same of the strain at a surface, half a thickness to the left (+1) or to the right (-1) of the axis."""

@@ -7,8 +7,8 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.rigs import BeamPart, Place, Rig
-from twin.structure.elements.beam import beam_stiffness, weakened_stiffness
-from twin.structure.elements.space_beam import space_element, twist_stiffness
+from twin.structure.elements.beam import beam_stiffness, rod_stiffness, weakened_stiffness
+from twin.structure.elements.space_beam import space_element
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
 
@@ -58,7 +58,7 @@ def _change(beam: BeamPart, length: float, weak: tuple[float, float], factor: fl
     if not beam.in_space:
         return bent(beam.second_moment)
     softer = length / (length + (1 / factor - 1) * (weak[1] - weak[0])) - 1
-    twist = softer * twist_stiffness(GJ=beam.torsional_stiffness, length=np.array(length))
+    twist = softer * rod_stiffness(beam.torsional_stiffness, length)
     return space_element(bent(beam.second_moment), bent(beam.second_moment_across), twist)
 
 

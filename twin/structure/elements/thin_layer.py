@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.arrays import Array
-from twin.structure.elements.beam import deflection_shape, gauss, slope_shape
+from twin.structure.elements.beam import deflection_shape, gauss
 from twin.structure.elements.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS, TWIST
 from twin.structure.limits import LIMITS
 
@@ -52,8 +52,8 @@ def thin_layer(
         row[bottom_v], row[6 + bottom_v] = -deflection_shape(xi, length), deflection_shape(xi, length)
     for row, xi in zip(slip, shear_at, strict=True):
         row[bottom_u], row[6 + bottom_u] = [-(1 - xi), -xi], [1 - xi, xi]
-        row[bottom_v] = bottom_thickness / 2 * slope_shape(xi, length)
-        row[6 + bottom_v] = top_thickness / 2 * slope_shape(xi, length)
+        row[bottom_v] = bottom_thickness / 2 * deflection_shape(xi, length, 1)
+        row[6 + bottom_v] = top_thickness / 2 * deflection_shape(xi, length, 1)
     opening, slip = normal_weight[:, None] * opening, shear_weight[:, None] * slip
     return ThinLayerElement(opening, slip, normal_weight, shear_weight, normal_at, shear_at)
 
@@ -84,8 +84,8 @@ def space_thin_layer(
 def _surface_motion(xi: float, length: float, *, height: float, across: float) -> Array:
     """Rows (3, 12) of the motion along axis, normal and across of a section's point, so far off the axis."""
     rows, linear = np.zeros((3, 12)), np.array([1 - xi, xi])
-    rows[0, AXIAL], rows[0, BENT] = linear, -height * slope_shape(xi, length)
-    rows[0, BENT_ACROSS] = -across * slope_shape(xi, length) * AGAINST
+    rows[0, AXIAL], rows[0, BENT] = linear, -height * deflection_shape(xi, length, 1)
+    rows[0, BENT_ACROSS] = -across * deflection_shape(xi, length, 1) * AGAINST
     rows[1, BENT], rows[1, TWIST] = deflection_shape(xi, length), -across * linear
     rows[2, BENT_ACROSS], rows[2, TWIST] = deflection_shape(xi, length) * AGAINST, height * linear
     return rows
