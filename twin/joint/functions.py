@@ -23,14 +23,14 @@ import numpy as np
 from twin.arrays import Array
 from twin.joint.describing_function import describing_function
 from twin.joint.kinds import FUNCTIONS
-from twin.joint.law import Law
+from twin.joint.law import Law, Marched
 
 Force = Callable[[Array, Array, float], tuple[float, float]]
 Remember = Callable[[Array, Array, float], None]
 
 
 @dataclass(frozen=True, eq=False)
-class FunctionLaw:
+class FunctionLaw(Marched):
     """A law whose force and memory are functions."""
 
     kind: ClassVar[int] = FUNCTIONS
@@ -50,12 +50,6 @@ class FunctionLaw:
 
         remember = machine_code(self.remember, fills=False).address if self.remember else 0
         return np.array([machine_code(self.force, fills=True).address, remember, self.states, *self.numbers], float)
-
-    def force_history(self, e: Array) -> Array:
-        """Force along a path."""
-        from twin.joint.machine_code import along
-
-        return np.asarray(along(self.parameters[None], np.zeros((1, max(self.states, 1))), np.asarray(e, float)))
 
     def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness."""

@@ -7,11 +7,7 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.joint.kinds import SLIDERS
-
-
-def slide(force: Array, move: float, stiffness_N_per_m: Array, slip_force_N: Array) -> Array:
-    """Forces of elements after a move: a spring that sticks, or slips at its limit."""
-    return np.clip(force + stiffness_N_per_m * move, -slip_force_N, slip_force_N)
+from twin.joint.law import Marched
 
 
 def jenkins_stiffness(amplitude: Array | float, stiffness_N_per_m: float, slip_force_N: float) -> Array:
@@ -27,7 +23,7 @@ def jenkins_stiffness(amplitude: Array | float, stiffness_N_per_m: float, slip_f
 
 
 @dataclass(frozen=True)
-class ParallelJenkins:
+class ParallelJenkins(Marched):
     """Springs in series with Coulomb sliders, all in parallel; the state is the force in each.
 
     Iwan and Masing laws are such networks; see their files for how they are made, and for their closed forms.
@@ -47,15 +43,6 @@ class ParallelJenkins:
         """[n, k1, F1, k2, F2, ...]."""
         rows = zip(self.stiffness_N_per_m, self.slip_force_N, strict=True)
         return np.array([len(self.slip_force_N), *(value for row in rows for value in row)], float)
-
-    def force_history(self, e: Array) -> Array:
-        """Force along a path."""
-        k, limit = np.array(self.stiffness_N_per_m), np.array(self.slip_force_N)
-        force, total = np.zeros(len(k)), np.empty_like(e)
-        for i, step in enumerate(np.diff(e, prepend=0.0)):
-            force = slide(force, step, k, limit)
-            total[i] = force.sum()
-        return total
 
     def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness, the sum of the elements'."""

@@ -1,12 +1,13 @@
 """The laws inside compiled kernels: force and tangent of one element, and its memory after a step.
 
 Written once in the subset that numba compiles; the plain Python functions are what the numpy twins of the kernels use
-(``evaluate.py_func``), and the tests hold them to the laws' own paths.
+(``evaluate.py_func``), and the tests hold them to each law's own formula.
 """
 
 from math import sqrt
 from typing import Any
 
+import numpy as np
 from numba import njit
 
 from twin.arrays import Array
@@ -159,3 +160,13 @@ def remember(kind: int, p: Array, state: Array, row: int, e: float, displacement
         state[row, 2] += blend * (coefficient - state[row, 2])
     elif kind == FUNCTIONS and p[row, 1] != 0.0:
         call_at(int(p[row, 1]), p, state, row, e)
+
+
+@COMPILED
+def along(kind: int, p: Array, state: Array, e: Array) -> Array:
+    """Force along the samples of a path of the first row's element; of laws that ask for no time."""
+    force = np.empty_like(e)
+    for i in range(e.shape[0]):
+        force[i] = evaluate(kind, p, state, 0, e[i])[0]
+        remember(kind, p, state, 0, e[i], 0.0, 0.0)
+    return force

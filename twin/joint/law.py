@@ -2,6 +2,8 @@
 
 from typing import ClassVar, Protocol
 
+import numpy as np
+
 from twin.arrays import Array
 
 
@@ -23,7 +25,19 @@ class Law(Protocol):
         """How many numbers the law remembers."""
 
     def force_history(self, e: Array) -> Array:
-        """Force along the samples of a path that starts at rest at e = 0, in plain numpy."""
+        """Force along the samples of a path that starts at rest at e = 0."""
 
     def describing_function(self, amplitude: Array) -> Array:
         """Describing function: complex equivalent stiffness for e = amplitude sin(wt), steady state."""
+
+
+class Marched:
+    """A law whose path is what the kernels make of it."""
+
+    def force_history(self: Law, e: Array) -> Array:
+        """Force along a path."""
+        from twin.joint.kernel import along  # which numba takes a while to load
+
+        e = np.asarray(e, float)
+        state = np.zeros((1, max(self.states, 1)))
+        return np.asarray(along(self.kind, self.parameters[None], state, e.ravel())).reshape(e.shape)

@@ -11,13 +11,13 @@ import numpy as np
 
 from twin.joint.iwan import iwan
 from twin.joint.jenkins_element import jenkins
-from twin.joint.knots import LOSS_POINTS, loss_of_knots, softening_of_knots
+from twin.joint.knots import loss_of_knots, softening_of_knots
 from twin.joint.law import Law
 from twin.joint.masing import masing_of_points
 from twin.joint.named_law import NamedLaw, Parameter
 from twin.joint.polynomial import Polynomial
 from twin.joint.power_laws import Cubic
-from twin.joint.running_loss import RunningLoss
+from twin.joint.running_loss import growing_loss
 from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact
 
@@ -55,12 +55,6 @@ def _mayer_gaul(opened: float, closed: float, pressed: float, gap: float) -> Law
     return PiecewiseLinearContact(
         (opened, -opened, closed, pressed - closed), (0.0, gap, 0.0, -gap), (1, 1, -1, -1)
     )  # fmt: skip
-
-
-def _running_loss(loss: float, reached_at: float, power: float) -> Law:
-    amplitude = np.linspace(0.0, 6.0 * reached_at, LOSS_POINTS)  # beyond, the loss is constant
-    share = (amplitude / reached_at) ** power
-    return RunningLoss(float(amplitude[-1]), loss * share / (1.0 + share))
 
 
 def _softening_table(amplitude: list[float], softening: list[float]) -> Law:
@@ -192,7 +186,7 @@ LIBRARY = (
             _length("reached_at", "amplitude at which half of it is there"),
             Parameter(name="power", unit="1", about="of the amplitude, at first", least=1.0, most=10.0, default=4.0),
         ),
-        make=_running_loss,
+        make=growing_loss,
     ),
     NamedLaw(
         name="softening-table",

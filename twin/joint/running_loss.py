@@ -18,6 +18,9 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.joint.kinds import RUNNING_LOSS
+from twin.joint.limits import LIMITS
+
+LOSS_POINTS = 1025
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,3 +55,10 @@ class RunningLoss:
     def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness, imaginary."""
         return np.asarray(1j * self.modulus(np.asarray(amplitude, float)), complex)
+
+
+def growing_loss(loss: float, reached_at: float, power: float) -> RunningLoss:
+    """Loss modulus that grows with a power of the amplitude at first; half of `loss` is there at `reached_at`, m."""
+    amplitude = np.linspace(0.0, LIMITS.loss_end * reached_at, LOSS_POINTS)
+    share = (amplitude / reached_at) ** power
+    return RunningLoss(float(amplitude[-1]), loss * share / (1.0 + share))

@@ -12,11 +12,12 @@ from scipy.special import ellipe, ellipk
 
 from twin.arrays import Array
 from twin.joint.kinds import SATURATING
+from twin.joint.law import Marched
 from twin.joint.limits import LIMITS
 
 
 @dataclass(frozen=True)
-class Saturating:
+class Saturating(Marched):
     """f = k e / sqrt(1 + (e/e0)^2) + (spring) e.
 
     With k = -spring it is the softening part alone: nothing at small amplitudes, -k lost at large ones.  The describing
@@ -33,10 +34,6 @@ class Saturating:
     def parameters(self) -> Array:
         """[k, e0, spring]."""
         return np.array([self.k, self.e0, self.spring])
-
-    def force_history(self, e: Array) -> Array:
-        """Force along a path."""
-        return self.k * e / np.sqrt(1.0 + (e / self.e0) ** 2) + self.spring * e
 
     def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness."""

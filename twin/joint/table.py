@@ -77,24 +77,3 @@ def table_from_stiffness(
     integrand = 3.0 * sine**3 * stiffness(A) + x[:, None] * sine**4 * slope(A)
     half = x / 2.0 * (integrand @ weights) * np.pi / 4
     return ForceTable(limit_m, np.concatenate([-half[:0:-1], half]))
-
-
-def table_of_softening(
-    softening: Callable[[Array], Array], slope: Callable[[Array], Array], last_m: float, *, limit_m: float
-) -> ForceTable:
-    """The odd, single-valued force whose describing function is minus the softening, given from 0 to `last_m`.
-
-    Beyond, it levels off instead of ending in a corner, which the harmonics of a sine that hardly reaches it meet.
-    """
-    steep, run_out = float(slope(np.array(last_m))), LIMITS.run_out * last_m
-
-    def left(x: Array) -> Array:
-        return np.exp(-np.maximum(x - last_m, 0.0) / run_out)
-
-    def stiffness(x: Array) -> Array:
-        return -(softening(np.minimum(x, last_m)) + steep * run_out * (1 - left(x)))
-
-    def stiffness_slope(x: Array) -> Array:
-        return -np.where(x < last_m, slope(np.minimum(x, last_m)), steep * left(x))
-
-    return table_from_stiffness(stiffness, stiffness_slope, limit_m=limit_m)

@@ -7,9 +7,9 @@ knot of the softening, the largest slip one of the loss, and points that move le
 import numpy as np
 
 from twin.arrays import Array
+from twin.joint import Curve
 from twin.structure.limits import LIMITS
-from twin.structure.mode_law import TINY, TOLERANCE, TURNS, ComplexMode, Function, LayerModes
-from twin.structure.point_law import Curve, LayerPointLaw
+from twin.structure.mode_law import TINY, TOLERANCE, TURNS, ComplexMode, Function, LayerModes, LayerPointLaw
 
 SETTLED, CLOSEST = 1e-7, 1e-9
 """Relative change of the points' motion at which it is found, and the least growth from a knot to the next."""

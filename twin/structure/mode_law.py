@@ -19,6 +19,7 @@ import numpy as np
 from scipy.linalg import qr, solve
 
 from twin.arrays import Array
+from twin.joint import Curve
 from twin.structure.layer_points import LayerPoints
 from twin.structure.limits import LIMITS
 from twin.structure.modes import normal_modes, rigid_motions
@@ -28,6 +29,14 @@ Function = Callable[[Array], Array]
 
 TURNS, TOLERANCE = 80, 1e-10
 TINY = 1e-300
+
+
+@dataclass(frozen=True, eq=False)
+class LayerPointLaw:
+    """What a point's opening (m) takes off E', and what its slip (m) adds to G' as a loss modulus, N/m2."""
+
+    softening: Curve
+    loss: Curve
 
 
 @dataclass(frozen=True)
