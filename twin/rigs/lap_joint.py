@@ -134,11 +134,6 @@ class LapJointRig(Rig):
         return self.layout(beam_elements=BENCH_BEAM_ELEMENTS, layer_elements=BENCH_LAYER_ELEMENTS)
 
     @property
-    def sensors(self) -> list[Sensor]:
-        """All transducers in the file's order."""
-        return self.sensor
-
-    @property
     def shaker(self) -> Drive:
         """The one that drives."""
         return self.drive

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from pydantic import Field
 
@@ -29,6 +29,8 @@ class Rig(Table, ABC):
     :class:`twin.rigs.structure_rig.StructureRig`.
     """
 
+    if TYPE_CHECKING:
+        sensor: Sequence[Transducer]
     name: Name
     damping: Damping
     acquisition: Acquisition = Acquisition()
@@ -46,9 +48,9 @@ class Rig(Table, ABC):
         """The same on the bench's own mesh, which no inference shares."""
 
     @property
-    @abstractmethod
     def sensors(self) -> Sequence[Transducer]:
         """All transducers in the file's order."""
+        return self.sensor
 
     @property
     @abstractmethod

@@ -262,11 +262,6 @@ class StructureRig(Rig):
         )  # fmt: skip
 
     @property
-    def sensors(self) -> list[PlacedSensor]:
-        """All transducers in the file's order."""
-        return self.sensor
-
-    @property
     def shaker(self) -> PlacedDrive:
         """The one that drives, the first of several."""
         return self.drive[0]
