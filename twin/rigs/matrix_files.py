@@ -9,10 +9,10 @@ from scipy.sparse import csr_array
 from recordings.columns import Columns
 from recordings.errors import InputError
 from twin.arrays import Array
-from twin.rigs.layout import Layout, MatricesPart
+from twin.rigs.layout import DOFS, Layout, MatricesPart
 from twin.rigs.limits import LIMITS
 from twin.rigs.matrices import FoundMatrix, read_matrix
-from twin.rigs.node_tables import DOFS, read_node_table
+from twin.rigs.node_tables import read_node_table
 
 PAIR_LIMIT = 10_000
 

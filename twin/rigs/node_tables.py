@@ -14,6 +14,7 @@ from recordings.columns import Columns
 from recordings.errors import InputError
 from recordings.reader import open_input
 from twin.arrays import Array
+from twin.rigs.layout import DOFS
 from twin.rigs.matrices.bulk import entries
 from twin.rigs.matrices.found import NODE_LIMIT, ORDER_LIMIT
 from twin.rigs.matrices.numbers import fortran_number
@@ -21,8 +22,6 @@ from twin.rigs.matrices.numbers import fortran_number
 Place = tuple[int, float, float, float]
 """Number of a node and its coordinates."""
 
-DOFS = ("x", "y", "z", "rx", "ry", "rz")
-"""Displacements along, and rotations about, the axes."""
 SIZE_LIMIT_BYTES = 256 << 20
 """Of a model's file with nodes in it."""
 AXES = (("x_m", "y_m", "z_m"), ("x", "y", "z"))

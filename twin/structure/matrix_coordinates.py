@@ -6,16 +6,15 @@ from functools import cached_property
 
 import numpy as np
 
+from recordings.directions import AXES
 from recordings.errors import InputError, blamed_on
 from twin.arrays import Array
 from twin.rigs import Layout, MatricesPart, Rig
+from twin.rigs.layout import DOFS
 from twin.rigs.matrix_files import NodePairs, PartMatrices, part_matrices, read_pairs
 from twin.structure.craig_bampton import ReducedPart, cached_craig_bampton
 from twin.structure.limits import LIMITS
 from twin.structure.node_field import NodeField
-
-AXES = ("x", "y", "z")
-TRANSLATIONS_AND_ROTATIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +78,7 @@ class MatrixCoordinates:
         whole = np.zeros(len(self.reduced.T))
         for (_, name), row in self.matrices.rows.items():
             if name in AXES:
-                whole[row] = direction[AXES.index(name)]
+                whole[row] = direction[DOFS.index(name)]
         return np.asarray(np.linalg.lstsq(self.reduced.T, whole, rcond=None)[0])
 
 
@@ -120,7 +119,7 @@ def reduced_parts(layout: Layout, rig: Rig, *, first: int) -> tuple[MatrixCoordi
             reason = f"part {part.name!r} has no node {missing[0]}"
             raise InputError(table, "node", reason, "supports, shakers, sensors, joints and ties sit at nodes of it")
         rows = [
-            row for node in nodes for name in TRANSLATIONS_AND_ROTATIONS
+            row for node in nodes for name in DOFS
             if (row := matrices.row(node, name)) is not None
         ]  # fmt: skip
         with blamed_on(layout.file(part.stiffness, part.name), f"part {part.name!r}"):

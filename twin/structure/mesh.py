@@ -7,12 +7,13 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.rigs import BeamPart, Layout, ThinLayer
+from twin.rigs.layout import DOFS
 from twin.structure.elements.beam import deflection_shape, rotation_rate_shape
 from twin.structure.elements.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS
 from twin.structure.limits import LIMITS
 
-PLANE_DOFS, SPACE_DOFS = ("x", "y", "rz"), ("x", "y", "z", "rx", "ry", "rz")
-"""Of a plane beam's node, and of one of a beam in space."""
+PLANE_DOFS = ("x", "y", "rz")
+"""Of a plane beam's node."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +31,7 @@ class BeamMesh:
     @property
     def dofs(self) -> tuple[str, ...]:
         """Names of a node's degrees of freedom."""
-        return SPACE_DOFS if self.part.in_space else PLANE_DOFS
+        return DOFS if self.part.in_space else PLANE_DOFS
 
     @property
     def size(self) -> int:
@@ -63,6 +64,10 @@ class BeamMesh:
         if abs(self.s[node] - s) > max(self.near, LIMITS.mesh_beyond_m):
             raise ValueError(f"no node of {self.part.name!r} at {s} m")
         return self.first + len(self.dofs) * node + np.arange(len(self.dofs))
+
+    def dof(self, s: float, name: str) -> tuple[Array, Array] | None:
+        """Degree of freedom and coefficient of one motion of the node at `s`; None where it has none."""
+        return (self.node_dofs(s)[[self.dofs.index(name)]], np.ones(1)) if name in self.dofs else None
 
     def translation(self, s: float, direction: Sequence[float]) -> tuple[Array, Array]:
         """Degrees of freedom and coefficients of the displacement at `s` in a direction."""
