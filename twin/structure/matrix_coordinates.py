@@ -34,7 +34,7 @@ class MatrixCoordinates:
 
     def dof(self, node: float, name: str) -> tuple[Array, Array] | None:
         """Coordinates and coefficients of a node's displacement or rotation; None where it has none."""
-        row = self.matrices.row(int(node), name)
+        row = self.matrices.rows.get((int(node), name))
         if row is None:
             return None
         return self.first + np.arange(self.size), self.reduced.T[row]
@@ -120,7 +120,7 @@ def reduced_parts(layout: Layout, rig: Rig, *, first: int) -> tuple[MatrixCoordi
             raise InputError(table, "node", reason, "supports, shakers, sensors, joints and ties sit at nodes of it")
         rows = [
             row for node in nodes for name in DOFS
-            if (row := matrices.row(node, name)) is not None
+            if (row := matrices.rows.get((node, name))) is not None
         ]  # fmt: skip
         with blamed_on(layout.file(part.stiffness, part.name), f"part {part.name!r}"):
             reduced = cached_craig_bampton(

@@ -16,6 +16,7 @@ from scipy.sparse import csr_array
 from recordings.directions import AXES
 from twin.arrays import Array
 from twin.rigs import Layout, Place
+from twin.structure.elements.thin_layer import LayerRows
 from twin.structure.matrix_coordinates import MatrixCoordinates
 from twin.structure.mesh import BeamMesh
 from twin.structure.node_field import NodeField
@@ -27,21 +28,23 @@ class JointOperators:
     """Strain operators of a joint's layer."""
 
     name: str
-    B_E: Array
-    B_G: Array
-    """KE = B_E' B_E and KG = B_G' B_G, (r, n) and (q, n)."""
-    normal_weight: Array
-    shear_weight: Array
-    """B_E / normal_weight is the opening in metres, B_G / shear_weight the slip, (r,) and (q,)."""
-    normal_at: Array
-    shear_at: Array
-    """Where along the joint its points lie, m, (r,) and (q,)."""
-    shear_direction: Array
-    """In which of the layer's directions a row slips, (q,): 0, or 1 across it."""
+    normal: LayerRows
+    shear: LayerRows
+    """Openings and slips over the structure's coordinates, m along the joint."""
     ends: tuple[float, float]
     """Where the layer begins and ends on that scale."""
     points: Array
     """Coordinates of the normal points, m, (r, 3)."""
+
+    @property
+    def B_E(self) -> Array:
+        """KE = B_E' B_E, (r, n)."""
+        return self.normal.B
+
+    @property
+    def B_G(self) -> Array:
+        """KG = B_G' B_G, (q, n)."""
+        return self.shear.B
 
     @property
     def KE(self) -> Array:
@@ -61,22 +64,17 @@ class JointOperators:
 
     def over(self, basis: Array | csr_array) -> JointOperators:
         """The same over other coordinates, x = basis z."""
-        return replace(self, B_E=self.B_E @ basis, B_G=self.B_G @ basis)
+        normal, shear = (replace(rows, B=rows.B @ basis) for rows in (self.normal, self.shear))
+        return replace(self, normal=normal, shear=shear)
 
     def with_gradient(self, gradient: float) -> JointOperators:
         """The same with moduli that vary along the layer as 1 - gradient (xi - 1/2), xi = 0 ... 1."""
         start, end = self.ends
         normal, shear = (
-            np.sqrt(np.maximum(1 - gradient * ((x - start) / (end - start) - 0.5), 1e-6))
-            for x in (self.normal_at, self.shear_at)
+            rows.scaled(np.sqrt(np.maximum(1 - gradient * ((rows.at - start) / (end - start) - 0.5), 1e-6)))
+            for rows in (self.normal, self.shear)
         )
-        return replace(
-            self,
-            B_E=normal[:, None] * self.B_E,
-            B_G=shear[:, None] * self.B_G,
-            normal_weight=normal * self.normal_weight,
-            shear_weight=shear * self.shear_weight,
-        )
+        return replace(self, normal=normal, shear=shear)
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +190,8 @@ class Structure:
         It is u' - s (h/2) v'', s = 1 for the left surface and -1 for the right one; with transverse shear the curvature
         is that of the section's rotation.
         """
-        mesh = self._beam(place)
+        mesh = self.meshes[place.part]
+        assert isinstance(mesh, BeamMesh)
         side = 1.0 if float(np.dot(place.direction, mesh.part.normal)) > 0 else -1.0
         return self._over(*mesh.strain(place.at, side=side))
 
@@ -228,11 +227,6 @@ class Structure:
         """The same structure with a joint whose moduli vary along it, see :meth:`JointOperators.with_gradient`."""
         joints = tuple(j.with_gradient(gradient) if n == joint else j for n, j in enumerate(self.joints))
         return replace(self, joints=joints)
-
-    def _beam(self, place: Place) -> BeamMesh:
-        mesh = self.meshes[place.part]
-        assert isinstance(mesh, BeamMesh)
-        return mesh
 
     def _over(self, dofs: Array, coefficients: Array) -> Array:
         return np.asarray(coefficients @ self.sparse_basis[dofs])

@@ -9,7 +9,11 @@ with u linear and v cubic along the element, as in the beams.  Each Gauss point 
 operators B_E and B_G, so that K = E' B_E' B_E + G' B_G' B_G: affine in the moduli and of low rank.
 """
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,25 +23,50 @@ from twin.structure.elements.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS
 from twin.structure.limits import LIMITS
 
 
-@dataclass(frozen=True)
-class ThinLayerElement:
-    """Strain operators of one element, weighted so that K = E' B_E' B_E + G' B_G' B_G.
+@dataclass(frozen=True, eq=False)
+class LayerRows:
+    """Openings of a layer at its Gauss points, or slips, as strain operators: a modulus E makes K = E B' B."""
+
+    B: Array
+    """Rows sqrt(weight t / h) times the motion, (r, n)."""
+    weight: Array
+    """The factors sqrt(weight t / h) themselves: a row divided by its factor is the motion in metres, (r,)."""
+    at: Array
+    """Where along an element, 0..1, or along a joint, m, each row is taken, (r,)."""
+    direction: Array
+    """Which way it moves, (r,): 0, or 1 for a slip across the beams."""
+
+    @staticmethod
+    def joined(pieces: Iterable[LayerRows]) -> LayerRows:
+        """Those of pieces, one after the other."""
+        return LayerRows(
+            *(np.concatenate(each) for each in zip(*(vars(piece).values() for piece in pieces), strict=True))
+        )
+
+    @property
+    def metres(self) -> Array:
+        """Rows with the motions themselves, (r, n)."""
+        return self.B / self.weight[:, None]
+
+    def chosen(self, which: Array | slice) -> LayerRows:
+        """Some of the rows."""
+        return LayerRows(self.B[which], self.weight[which], self.at[which], self.direction[which])
+
+    def scaled(self, factor: Array) -> LayerRows:
+        """The same where the layer's modulus is `factor` squared of what it is, (r,)."""
+        return replace(self, B=factor[:, None] * self.B, weight=factor * self.weight)
+
+
+class ThinLayerElement(NamedTuple):
+    """Rows of one element.
 
     DOFs: (u1, v1, theta1, u2, v2, theta2) of the bottom beam's element, then of the top beam's.
     """
 
-    B_E: Array
-    """Rows sqrt(weight t / h) times the opening dv, (4, 12)."""
-    B_G: Array
-    """Rows sqrt(weight t / h) times the slip, (3, 12)."""
-    normal_weight: Array
-    shear_weight: Array
-    """The factors sqrt(weight t / h) themselves: a row divided by its factor is the opening or slip in metres."""
-    normal_at: Array
-    shear_at: Array
-    """Where along the element each row is taken, 0..1."""
-    shear_direction: Array | None = None
-    """Which way each row of B_G slips: 0 along the beams, 1 across them; None of plane beams, which slip along only."""
+    normal: LayerRows
+    """Of the opening dv, (4, 12)."""
+    shear: LayerRows
+    """Of the slip, (3, 12)."""
 
 
 def thin_layer(
@@ -54,8 +83,10 @@ def thin_layer(
         row[bottom_u], row[6 + bottom_u] = [-(1 - xi), -xi], [1 - xi, xi]
         row[bottom_v] = bottom_thickness / 2 * deflection_shape(xi, length, 1)
         row[6 + bottom_v] = top_thickness / 2 * deflection_shape(xi, length, 1)
-    opening, slip = normal_weight[:, None] * opening, shear_weight[:, None] * slip
-    return ThinLayerElement(opening, slip, normal_weight, shear_weight, normal_at, shear_at)
+    return ThinLayerElement(*(
+        LayerRows(weight[:, None] * rows, weight, at, np.zeros(len(at), np.int64))
+        for rows, weight, at in ((opening, normal_weight, normal_at), (slip, shear_weight, shear_at))
+    ))  # fmt: skip
 
 
 def space_thin_layer(
@@ -64,7 +95,7 @@ def space_thin_layer(
     """The same between beams in space, whose sections are rigid; it opens unevenly across its width as they twist.
 
     DOFs: (u, v, w, phi, psi, theta) of both nodes of the bottom beam's element, then of the top beam's, as in
-    :mod:`twin.structure.elements.space_beam`.  B_E is (8, 24), B_G (16, 24).
+    :mod:`twin.structure.elements.space_beam`.  There are 8 openings and 16 slips.
     """
     opening, slip, weights, at = [], [], [], []
     for xi, weight in zip(*gauss(LIMITS.normal_points), strict=True):
@@ -77,8 +108,10 @@ def space_thin_layer(
             slip += [along, sideways]
             weights.append(factor)
             at.append(xi)
-    each = np.array(weights), np.repeat(weights, 2), np.array(at), np.repeat(at, 2)
-    return ThinLayerElement(np.array(opening), np.array(slip), *each, np.tile([0, 1], len(weights)))
+    return ThinLayerElement(
+        LayerRows(np.array(opening), np.array(weights), np.array(at), np.zeros(len(at), np.int64)),
+        LayerRows(np.array(slip), np.repeat(weights, 2), np.repeat(at, 2), np.tile([0, 1], len(at))),
+    )
 
 
 def _surface_motion(xi: float, length: float, *, height: float, across: float) -> Array:
