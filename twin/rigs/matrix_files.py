@@ -12,6 +12,7 @@ from twin.arrays import Array
 from twin.rigs.layout import DOFS, Layout, MatricesPart
 from twin.rigs.limits import LIMITS
 from twin.rigs.matrices import FoundMatrix, read_matrix
+from twin.rigs.matrices.found import scaled
 from twin.rigs.node_tables import read_node_table
 
 PAIR_LIMIT = 10_000
@@ -30,10 +31,6 @@ class PartMatrices:
     """Where they are, m, (k, 3)."""
     rows: dict[tuple[int, str], int]
     """Row of the matrices of (node, dof), dof one of `DOFS`; rows of no node are internal."""
-
-    def row(self, node: int, dof: str) -> int | None:
-        """Row of a node's degree of freedom; None where it has none."""
-        return self.rows.get((node, dof))
 
     def coordinates_of(self, node: int) -> Array:
         """Where a node is, (3,), m; KeyError if there is no such node."""
@@ -112,7 +109,7 @@ def read_matrix_pair(mass: Path, stiffness: Path) -> tuple[FoundMatrix, FoundMat
     at_rest = np.ones(M.matrix.shape[0])
     at_rest[held] = 0.0
     if len(held):
-        M, K = (replace(one, matrix=_scaled(one.matrix, at_rest)) for one in (M, K))
+        M, K = (replace(one, matrix=scaled(one.matrix, at_rest)) for one in (M, K))
     return replace(M, labels=labels, held=held), replace(K, labels=labels, held=held)
 
 
@@ -122,15 +119,6 @@ def labelled_rows(matrix: FoundMatrix, nodes: Array) -> dict[tuple[int, str], in
     node, component = np.divmod(matrix.labels, LIMITS.found_components)
     placed = np.flatnonzero(np.isin(node, nodes) & (component >= 1) & (component <= len(DOFS)))
     return {(int(node[row]), DOFS[component[row] - 1]): int(row) for row in placed}
-
-
-def _scaled(matrix: csr_array, factor: Array) -> csr_array:
-    """The matrix between coordinates that are so many times the former ones; its zeros removed."""
-    entries = matrix.tocoo()
-    entries.data = entries.data * factor[entries.row] * factor[entries.col]
-    whole = entries.tocsr()
-    whole.eliminate_zeros()
-    return csr_array(whole)
 
 
 def read_pairs(path: Path) -> NodePairs:

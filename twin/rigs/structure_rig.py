@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -33,7 +32,7 @@ from twin.rigs.layout import (
     Tie,
 )
 from twin.rigs.limits import LIMITS
-from twin.rigs.rig import Rig
+from twin.rigs.rig import Rig, unique
 from twin.rigs.tables import Shaker, Transducer
 
 
@@ -84,7 +83,6 @@ class StructureRig(Rig):
     def _consistent(self) -> StructureRig:
         unique("part names", [part.name for part in self.part])
         unique("joint names", [joint.name for joint in self.joint])
-        unique("sensor channels", [sensor.channel for sensor in self.sensor])
         if len(self.drive) > 1:
             unique("drive names", [drive.name for drive in self.drive])
         if len({part.in_space for part in self.part if isinstance(part, BeamPart)}) > 1:
@@ -199,11 +197,8 @@ class StructureRig(Rig):
             raise ValueError(f"{where}: pairs are of parts given by matrices; tie beams by at")
 
     def _check_force_cell(self) -> None:
-        forces = [sensor for sensor in self.sensor if sensor.quantity == "force"]
-        if not forces:
-            raise ValueError("one sensor must measure force")
-        for sensor in forces:
-            if not any((d.part, d.at) == (sensor.part, sensor.at) for d in self.drive):
+        for sensor in self.sensor:
+            if sensor.quantity == "force" and (sensor.part, sensor.at) not in [(d.part, d.at) for d in self.drive]:
                 raise ValueError(f"sensor {sensor.channel!r}: a force cell sits where a shaker drives")
 
     def __eq__(self, other: object) -> bool:
@@ -329,10 +324,3 @@ class StructureRig(Rig):
         cell = self.force_sensor.model_copy(update={**there, "mass": 0.0, "stinger_side_mass": 0.0})
         sensors = [cell, *self.response_sensors]
         return self.model_copy(update={"sensor": sensors, "drive": [PlacedDrive(name=self.shaker.name, **there)]})
-
-
-def unique(what: str, names: Sequence[str]) -> None:
-    """Raise ValueError where a name comes twice."""
-    twice = [name for name, count in Counter(names).items() if count > 1]
-    if twice:
-        raise ValueError(f"{what} must be unique, got {', '.join(twice)} more than once")

@@ -10,7 +10,8 @@ from recordings.directions import AXES
 from recordings.numbers import Positive
 from recordings.toml_input import Name, Table
 from twin.rigs.layout import At, Dof
-from twin.rigs.structure_rig import StructureRig, unique
+from twin.rigs.rig import unique
+from twin.rigs.structure_rig import StructureRig
 
 
 class MeasuredPart(Table):

@@ -9,7 +9,7 @@ from recordings.errors import InputError
 from recordings.reader import open_input
 from twin.arrays import Array
 from twin.rigs.limits import LIMITS
-from twin.rigs.matrices.found import NODE_LIMIT, ORDER_LIMIT, FoundMatrix, Role, from_entries, labels_of
+from twin.rigs.matrices.found import NODE_LIMIT, ORDER_LIMIT, FoundMatrix, Role, by_label, from_entries, labels_of
 from twin.rigs.matrices.numbers import number_table, whole_numbers
 
 ROLES = {".mas": "mass", ".sti": "stiffness"}
@@ -27,11 +27,8 @@ def read_calculix(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:
     table = number_table(path, stream.read(), columns=3)
     places = whole_numbers(path, table[:, :2], "row or column") - 1
     labels = _labels(path.with_suffix(".dof"))
-    if len(np.unique(labels)) < len(labels):
-        raise InputError(path.with_suffix(".dof"), "", "a degree of freedom stands twice", "export it again")
-    order = np.argsort(labels)
     matrix = from_entries(path, places[:, 0], places[:, 1], table[:, 2], len(labels))
-    return FoundMatrix(matrix[order][:, order], labels[order])
+    return by_label(path.with_suffix(".dof"), matrix, labels)
 
 
 def _labels(path: Path) -> Array:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, tril, triu
+from scipy.sparse import coo_array, csr_array, diags_array, tril, triu
 
 from recordings.errors import InputError
 from twin.arrays import Array
@@ -75,6 +75,21 @@ def from_labelled(path: Path, row: Array, column: Array, value: Array) -> FoundM
     """The matrix of entries between labels, see :class:`FoundMatrix`."""
     labels, index = np.unique(np.concatenate([row, column]), return_inverse=True)
     return FoundMatrix(from_entries(path, index[: len(row)], index[len(row) :], value, len(labels)), labels)
+
+
+def by_label(path: Path, matrix: csr_array, labels: Array, place: str = "") -> FoundMatrix:
+    """A matrix whose rows have these labels, in their rising order; InputError at `place` if one stands twice."""
+    if len(np.unique(labels)) < len(labels):
+        raise InputError(path, place, "a degree of freedom stands twice", "export it again")
+    order = np.argsort(labels)
+    return FoundMatrix(matrix[order][:, order], labels[order])
+
+
+def scaled(matrix: csr_array, factor: Array) -> csr_array:
+    """The matrix between coordinates that are so many times the former ones, (n,); its zeros removed."""
+    whole = csr_array(diags_array(factor) @ matrix @ diags_array(factor))
+    whole.eliminate_zeros()
+    return whole
 
 
 def labels_of(nodes: Array, components: Array) -> Array:

@@ -24,7 +24,8 @@ def read_op4(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:
         found[matrix.name] = matrix
     one = found[name_for(path, found, role)]
     check_shape(path, one.shape)
-    one.check_real(path)
+    if one.kind not in (1, 2):
+        raise InputError(path, "", f"{one.name} is complex", "needs a real matrix")
     row, column, value = _entries(path, one)
     if one.form == SYMMETRIC:
         return FoundMatrix(from_entries(path, row, column, value, one.shape[0]))
@@ -33,13 +34,10 @@ def read_op4(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:
 
 def _entries(path: Path, matrix: Op4Matrix) -> tuple[Array, Array, Array]:
     """Rows, columns and values of all that stands in the file."""
-    pieces = list(matrix.strings)
-    rows = [np.arange(first, first + len(values), dtype=np.int64) for _, first, values in pieces]
-    columns = [np.full(len(values), column, np.int64) for column, _, values in pieces]
-    row, column, value = (
-        np.concatenate([np.zeros(0, kind), *parts])
-        for parts, kind in ((rows, np.int64), (columns, np.int64), ([v for *_, v in pieces], np.float64))
-    )
+    pieces = [(0, 0, np.zeros(0)), *matrix.strings]
+    row = np.concatenate([np.arange(first, first + len(values)) for _, first, values in pieces])
+    column = np.concatenate([np.full(len(values), column) for column, _, values in pieces])
+    value = np.concatenate([values for *_, values in pieces])
     if len(row) and not (row.min() >= 0 and row.max() < matrix.shape[0] and column.max() < matrix.shape[1]):
         reason = f"{matrix.name} has entries outside its {matrix.shape[0]} rows"
         raise InputError(path, "", reason, "export it again")

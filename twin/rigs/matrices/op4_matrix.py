@@ -1,9 +1,7 @@
 """One matrix of an OUTPUT4 file as it stands there, text or binary."""
 
 from dataclasses import dataclass, field
-from pathlib import Path
 
-from recordings.errors import InputError
 from twin.arrays import Array
 
 SYMMETRIC = 6
@@ -25,11 +23,6 @@ class Op4Matrix:
     """Of a real number: half a complex one."""
     strings: list[tuple[int, int, Array]] = field(default_factory=list)
     """Column and first row, from 0, and the values."""
-
-    def check_real(self, path: Path) -> None:
-        """Refuse a complex matrix."""
-        if self.kind not in (1, 2):
-            raise InputError(path, "", f"{self.name} is complex", "needs a real matrix")
 
 
 def op4_head(columns: int, rows: int, form: int, kind: int, name: str, *, word_bytes: int = 4) -> Op4Matrix:
