@@ -73,14 +73,10 @@ def points_of_joints(structure: Structure, counts: Sequence[int], towards_middle
         layer_points(structure, count, joint=joint, towards_middle=towards)
         for joint, (count, towards) in enumerate(zip(counts, towards_middle, strict=True))
     ]
-    n, nothing = structure.size, np.zeros(0)
-    return LayerPoints(
-        np.vstack([np.zeros((0, n)), *(points.opening for points in each)]),
-        np.vstack([np.zeros((0, n)), *(points.slip for points in each)]),
-        np.concatenate([nothing, *(points.opening_weight for points in each)]),
-        np.concatenate([nothing, *(points.slip_weight for points in each)]),
-        np.concatenate([nothing.astype(np.int64), *(points.joint for points in each)]),
-    )
+    rows, none = np.zeros((0, structure.size)), np.zeros(0)
+    nothing = LayerPoints(rows, rows, none, none, none.astype(np.int64))
+    fields = zip(*(vars(points).values() for points in (nothing, *each)), strict=True)
+    return LayerPoints(*(np.concatenate(values) for values in fields))
 
 
 def _means(rows: LayerRows, ends: tuple[float, float], count: int, towards_middle: float = 0.0) -> tuple[Array, Array]:
