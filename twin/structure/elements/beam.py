@@ -9,7 +9,6 @@ from functools import cache
 from types import EllipsisType
 
 import numpy as np
-from numpy.polynomial.polynomial import polyder, polyval
 from numpy.typing import ArrayLike
 
 from twin.arrays import Array
@@ -26,16 +25,19 @@ AXIAL, BENDING = _block([0, 3]), _block([1, 2, 4, 5])
 SLENDER = np.array([[12.0, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
 THICK = np.array([[0.0, 0, 0, 0], [0, 1, 0, -1], [0, 0, 0, 0], [0, -1, 0, 1]])
 HERMITE = [
-    polyder(np.array([[1.0, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]]).T, order) for order in range(3)
+    [(2.0, -3.0, 0.0, 1.0), (1.0, -2.0, 1.0, 0.0), (-2.0, 3.0, 0.0, 0.0), (1.0, -1.0, 0.0, 0.0)],
+    [(0.0, 6.0, -6.0, 0.0), (0.0, 3.0, -4.0, 1.0), (0.0, -6.0, 6.0, 0.0), (0.0, 3.0, -2.0, 0.0)],
+    [(0.0, 0.0, 12.0, -6.0), (0.0, 0.0, 6.0, -4.0), (0.0, 0.0, -12.0, 6.0), (0.0, 0.0, 6.0, -2.0)],
 ]
-"""Coefficients of powers of xi in the deflection by (v1, theta1 L, v2, theta2 L), and in its derivatives."""
+"""Coefficients of xi^3 to 1 in the deflection by (v1, theta1 L, v2, theta2 L), and in its derivatives by xi."""
+Cubics = list[tuple[float, float, float, float]]
 
 
-def _of_phi(a: Array, b: Array) -> tuple[Array, Array, Array]:
-    """Integrals of N' N over the element for N = a + phi b, coefficients: what goes with 1, phi and phi^2."""
+def _of_phi(one: Cubics, two: Cubics) -> tuple[Array, Array, Array]:
+    """Integrals of N' N over the element for N = one + phi two: what goes with 1, phi and phi^2."""
     xi, weight = gauss(4)  # exact for squares of cubics
-    one, two = (np.asarray(polyval(xi, N)) * np.sqrt(weight) for N in (a, b))
-    return one @ one.T, one @ two.T + two @ one.T, two @ two.T
+    a, b = (np.array([np.polyval(cubic, xi) for cubic in N]) * np.sqrt(weight) for N in (one, two))
+    return a @ a.T, a @ b.T + b @ a.T, b @ b.T
 
 
 @cache
@@ -45,8 +47,8 @@ def gauss(points: int) -> tuple[Array, Array]:
     return (x + 1) / 2, w / 2
 
 
-DEFLECTION = _of_phi(HERMITE[0], np.array([[1.0, -1, 0], [0, 0.5, -0.5], [0, 1, 0], [0, -0.5, 0.5]]).T)
-ROTATION = _of_phi(HERMITE[1], np.array([[0.0, 0], [1, -1], [0, 0], [0, 1]]).T)
+DEFLECTION = _of_phi(HERMITE[0], [(0, 0, -1, 1), (0, -0.5, 0.5, 0), (0, 0, 1, 0), (0, 0.5, -0.5, 0)])
+ROTATION = _of_phi(HERMITE[1], [(0, 0, 0, 0), (0, 0, -1, 1), (0, 0, 0, 0), (0, 0, 1, 0)])
 """Of deflection and section rotation in (v1, theta1 L, v2, theta2 L)."""
 
 
@@ -149,7 +151,8 @@ def beam_mass(*, mass_per_length: float, length: ArrayLike, radius2: float = 0.0
 
 def deflection_shape(xi: float, length: float, derivative: int = 0) -> Array:
     """Functions of (v1, theta1, v2, theta2) for the deflection v at `xi` in 0..1, or for v' or v'' (`derivative`)."""
-    return np.asarray(polyval(xi, HERMITE[derivative])) * [1.0, length, 1.0, length] / length**derivative
+    v1, turn1, v2, turn2 = [((a * xi + b) * xi + c) * xi + d for a, b, c, d in HERMITE[derivative]]
+    return np.array([v1, length * turn1, v2, length * turn2]) / length**derivative
 
 
 def rotation_rate_shape(xi: float, length: float, shear: float) -> Array:

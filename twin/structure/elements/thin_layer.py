@@ -78,11 +78,12 @@ def thin_layer(
     normal_weight, shear_weight = (np.sqrt(weight * length * width / height) for weight in (normal, shear))
     opening, slip = np.zeros((len(normal), 12)), np.zeros((len(shear), 12))
     for row, xi in zip(opening, normal_at, strict=True):
-        row[bottom_v], row[6 + bottom_v] = -deflection_shape(xi, length), deflection_shape(xi, length)
+        row[6 + bottom_v] = deflection_shape(xi, length)
+        row[bottom_v] = -row[6 + bottom_v]
     for row, xi in zip(slip, shear_at, strict=True):
         row[bottom_u], row[6 + bottom_u] = [-(1 - xi), -xi], [1 - xi, xi]
-        row[bottom_v] = bottom_thickness / 2 * deflection_shape(xi, length, 1)
-        row[6 + bottom_v] = top_thickness / 2 * deflection_shape(xi, length, 1)
+        slope = deflection_shape(xi, length, 1)
+        row[bottom_v], row[6 + bottom_v] = bottom_thickness / 2 * slope, top_thickness / 2 * slope
     return ThinLayerElement(*(
         LayerRows(weight[:, None] * rows, weight, at, np.zeros(len(at), np.int64))
         for rows, weight, at in ((opening, normal_weight, normal_at), (slip, shear_weight, shear_at))
@@ -100,10 +101,8 @@ def space_thin_layer(
     opening, slip, weights, at = [], [], [], []
     for xi, weight in zip(*gauss(LIMITS.normal_points), strict=True):
         for across in (-width / np.sqrt(12), width / np.sqrt(12)):
-            top = _surface_motion(xi, length, height=-top_thickness / 2, across=across)
-            bottom = _surface_motion(xi, length, height=bottom_thickness / 2, across=across)
             factor = np.sqrt(weight * length * width / height / 2)
-            along, apart, sideways = factor * np.hstack([-bottom, top])
+            along, apart, sideways = factor * _relative(xi, length, bottom_thickness, top_thickness, across)
             opening.append(apart)
             slip += [along, sideways]
             weights.append(factor)
@@ -114,11 +113,16 @@ def space_thin_layer(
     )
 
 
-def _surface_motion(xi: float, length: float, *, height: float, across: float) -> Array:
-    """Rows (3, 12) of the motion along axis, normal and across of a section's point, so far off the axis."""
-    rows, linear = np.zeros((3, 12)), np.array([1 - xi, xi])
-    rows[0, AXIAL], rows[0, BENT] = linear, -height * deflection_shape(xi, length, 1)
-    rows[0, BENT_ACROSS] = -across * deflection_shape(xi, length, 1) * AGAINST
-    rows[1, BENT], rows[1, TWIST] = deflection_shape(xi, length), -across * linear
-    rows[2, BENT_ACROSS], rows[2, TWIST] = deflection_shape(xi, length) * AGAINST, height * linear
-    return rows
+def _relative(xi: float, length: float, bottom: float, top: float, across: float) -> Array:
+    """Rows (3, 24) of the top beam's surface against the bottom's, along axis, normal and across both.
+
+    The beams are so thick, and the point of their sections lies so far across the axes.
+    """
+    rows, linear = np.zeros((2, 3, 12)), np.array([1 - xi, xi])
+    bent, slope = deflection_shape(xi, length), deflection_shape(xi, length, 1)
+    for own, side, height in zip(rows, (-1.0, 1.0), (bottom / 2, -top / 2), strict=True):
+        own[0, AXIAL], own[0, BENT], own[0, BENT_ACROSS] = linear, -height * slope, -across * slope * AGAINST
+        own[1, BENT], own[1, TWIST] = bent, -across * linear
+        own[2, BENT_ACROSS], own[2, TWIST] = bent * AGAINST, height * linear
+        own *= side
+    return np.hstack([*rows])
