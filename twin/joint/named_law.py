@@ -44,9 +44,8 @@ class Parameter:
         one = Annotated[
             float, Field(gt=self.above, ge=self.least, lt=self.below, le=self.most, allow_inf_nan=False)
         ]  # fmt: skip
-        if self.several:
-            return Annotated[list[one], Field(max_length=200)], ... if self.default is None else self.default
-        return one, ... if self.default is None else self.default
+        kind = Annotated[list[one], Field(max_length=200)] if self.several else one
+        return kind, ... if self.default is None else self.default
 
 
 @dataclass(frozen=True)

@@ -50,6 +50,4 @@ class Polynomial(Marched):
     def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness: the polynomials."""
         X = np.asarray(amplitude, float)
-        return np.polynomial.polynomial.polyval(X, np.array([*self.storage, 0.0])) + 1j * (
-            np.polynomial.polynomial.polyval(X, np.array([*self.loss, 0.0]))
-        )
+        return np.polyval([0.0, *self.storage[::-1]], X) + 1j * np.polyval([0.0, *self.loss[::-1]], X)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import Field, PrivateAttr, field_validator, model_validator
@@ -34,6 +34,8 @@ from twin.rigs.layout import (
 from twin.rigs.limits import LIMITS
 from twin.rigs.rig import Rig, unique
 from twin.rigs.tables import Shaker, Transducer
+
+Meshed = TypeVar("Meshed", BeamPart, ThinLayer)
 
 
 class _Placed(Table):
@@ -228,28 +230,16 @@ class StructureRig(Rig):
 
     def layout(self, *, beam_elements: int | None = None, layer_elements: int | None = None) -> Layout:
         """Parts, supports, joints and ties; elements as the file says, or others of each beam and of each layer."""
-        parts: list[Part] = list(self.part)
-        if beam_elements:
-            parts = [
-                part.model_copy(update={"elements": beam_elements}) if isinstance(part, BeamPart) else part
-                for part in parts
-            ]
-        joints = self.joint
-        if layer_elements:
-            joints = [joint.model_copy(update={"layer_elements": layer_elements}) for joint in joints]
-        return self._layout(parts, joints)
+        return self._layout(lambda own: beam_elements or own, lambda own: layer_elements or own)
 
     def bench_layout(self) -> Layout:
         """The same with more elements of everything."""
-        parts = [
-            part.model_copy(update={"elements": math.ceil(LIMITS.bench_finer * part.elements)})
-            if isinstance(part, BeamPart) else part
-            for part in self.part
-        ]  # fmt: skip
-        joints = [joint.model_copy(update={"layer_elements": 2 * joint.layer_elements}) for joint in self.joint]
-        return self._layout(parts, joints)
+        return self._layout(lambda own: math.ceil(LIMITS.bench_finer * own), lambda own: 2 * own)
 
-    def _layout(self, parts: Sequence[Part], joints: Sequence[ThinLayer]) -> Layout:
+    def _layout(self, of_beam: Callable[[int], int], of_layer: Callable[[int], int]) -> Layout:
+        """With numbers of elements that follow from the file's own."""
+        parts = [_with(part, "elements", of_beam) if isinstance(part, BeamPart) else part for part in self.part]
+        joints = [_with(joint, "layer_elements", of_layer) for joint in self.joint]
         stretches = tuple(Stretch(p.name, 0.0, p.length) for p in parts if isinstance(p, BeamPart))
         return Layout(
             tuple(parts), tuple(self.support), tuple(joints), tuple(self.tie), stretches,
@@ -324,3 +314,9 @@ class StructureRig(Rig):
         cell = self.force_sensor.model_copy(update={**there, "mass": 0.0, "stinger_side_mass": 0.0})
         sensors = [cell, *self.response_sensors]
         return self.model_copy(update={"sensor": sensors, "drive": [PlacedDrive(name=self.shaker.name, **there)]})
+
+
+def _with(table: Meshed, field: str, changed: Callable[[int], int]) -> Meshed:
+    """A table with another number of elements; itself where it is the same."""
+    own = getattr(table, field)
+    return table if changed(own) == own else table.model_copy(update={field: changed(own)})

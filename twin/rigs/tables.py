@@ -279,17 +279,12 @@ class Shaker(Table):
             raise ValueError(
                 f"a shaker needs {', '.join(missing)} too; without any of a shaker's fields there is an ideal force"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _amplifier(self) -> Shaker:
         if self.amplifier == "voltage" and "output_resistance" in self.model_fields_set:
             raise ValueError("output_resistance belongs to an amplifier that holds the current: amplifier = 'current'")
         if self.stroke_limit and self.stop_stiffness > self.armature_mass * (2 * math.pi * LIMITS.hardest_stop_Hz) ** 2:
             raise ValueError(
                 f"stop_stiffness {self.stop_stiffness:g} lets the armature bounce faster than "
-                f"{LIMITS.hardest_stop_Hz:g} Hz, "
-                "which the bench's steps do not resolve"
+                f"{LIMITS.hardest_stop_Hz:g} Hz, which the bench's steps do not resolve"
             )
         if self.amplifier == "current" and self.output_resistance < self.coil_resistance:
             raise ValueError(
