@@ -56,7 +56,8 @@ def structure_by_hand(rig: Rig, layout: Layout) -> Array:
             length=stations[lower.name][a + 1] - stations[lower.name][a], height=layer.layer_height,
             width=layer.width or lower.width, bottom_thickness=lower.thickness, top_thickness=upper.thickness,
         )  # fmt: skip
-        own = moduli.normal_modulus * element.B_E.T @ element.B_E + moduli.shear_modulus * element.B_G.T @ element.B_G
+        B_E, B_G = element.normal.B, element.shear.B
+        own = moduli.normal_modulus * B_E.T @ B_E + moduli.shear_modulus * B_G.T @ B_G
         dofs = np.concatenate([first[lower.name] + 3 * a + np.arange(6), first[upper.name] + 3 * b + np.arange(6)])
         K.append((dofs[None], own[None]))
     K_all, M_all = (_summed(parts, size)[3:, 3:] for parts in (K, M))  # clamped at the lower beam's first node

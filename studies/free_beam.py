@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.structure.elements.beam import beam_stiffness, deflection_shape
-from twin.structure.elements.timoshenko import timoshenko_mass
+from twin.structure.elements.beam import beam_mass, beam_stiffness, deflection_shape
 
 Matrix = NDArray[np.float64]
 BENDING = np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
@@ -50,7 +49,7 @@ def free_beam(
     area, radius2 = width * thickness, thickness**2 / 12
     EA = youngs_modulus * area
     piece = length / elements
-    mass = timoshenko_mass(
+    mass = beam_mass(
         mass_per_length=density * area, radius2=radius2 if rotary else 0.0, length=piece, shear_ratio=shear_ratio
     )
     stiffness = beam_stiffness(EA=EA, EI=EA * radius2, length=piece, shear_ratio=shear_ratio)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.structure.elements.beam import gauss
-from twin.structure.elements.thin_layer import ThinLayerElement, thin_layer
+from twin.structure.elements.thin_layer import LayerRows, ThinLayerElement, thin_layer
 from twin.structure.joint_operators import of_beams
 from twin.structure.mesh import BeamMesh, mesh_layers
 from twin.structure.structure import Structure
@@ -42,7 +42,8 @@ def membrane_layer(*, length: float, height: float, width: float) -> ThinLayerEl
             shear.append(weight * gamma)
             weights.append(weight / height)
     at = np.repeat(gauss(POINTS)[0], POINTS)
-    return ThinLayerElement(np.array(normal), np.array(shear), np.array(weights), np.array(weights), at, at)
+    rows = (LayerRows(np.array(B), np.array(weights), at, np.zeros(len(at), np.int64)) for B in (normal, shear))
+    return ThinLayerElement(*rows)
 
 
 def interface_layer(*, length: float, height: float, width: float) -> ThinLayerElement:

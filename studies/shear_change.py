@@ -7,7 +7,6 @@ from scipy.sparse import csr_array
 from studies.shear_derivatives import timoshenko_mass_derivative, timoshenko_stiffness_derivative
 from twin.structure.assembly import chain
 from twin.structure.elements.beam import beam_mass, beam_stiffness
-from twin.structure.elements.timoshenko import timoshenko_mass
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
 
@@ -35,7 +34,7 @@ def shear_change(structure: Structure, shear_ratio: float) -> tuple[Matrix, Matr
         bending = {"EI": EI, "radius2": radius2, "shear_ratio": shear_ratio}
         thick = beam_stiffness(EA=EA, EI=EI, length=length, shear_ratio=shear_ratio)
         changes = (
-            timoshenko_mass(**section, length=length) - beam_mass(mass_per_length=m, length=length),
+            beam_mass(**section, length=length) - beam_mass(mass_per_length=m, length=length),
             thick - beam_stiffness(EA=EA, EI=EI, length=length),
             timoshenko_mass_derivative(**section, length=length),
             timoshenko_stiffness_derivative(**bending, length=length),

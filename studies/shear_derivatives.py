@@ -1,14 +1,13 @@
 """Derivatives of Timoshenko's beam element by the shear ratio s = E / (kappa G).
 
-The shape functions (a + phi b) / (1 + phi) of :mod:`twin.structure.elements.timoshenko` have the derivative
+The shape functions (a + phi b) / (1 + phi) of :mod:`twin.structure.elements.beam` have the derivative
 (b - a) / (1 + phi)^2 by phi = 12 EI s / (EA L^2).
 """
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from twin.structure.elements.beam import BENDING, SLENDER, THICK, per_length
-from twin.structure.elements.timoshenko import DEFLECTION, ROTATION, shear_parameter
+from twin.structure.elements.beam import BENDING, DEFLECTION, ROTATION, SLENDER, THICK, per_length, shear_parameter
 
 Matrix = NDArray[np.float64]
 
@@ -16,7 +15,7 @@ Matrix = NDArray[np.float64]
 def timoshenko_mass_derivative(
     *, mass_per_length: float, radius2: float, length: ArrayLike, shear_ratio: float
 ) -> Matrix:
-    """Derivative of :func:`~twin.structure.elements.timoshenko_mass` with respect to `shear_ratio`, (..., 6, 6)."""
+    """Derivative of :func:`~twin.structure.elements.beam.beam_mass` with respect to `shear_ratio`, (..., 6, 6)."""
     L = np.asarray(length, float)[..., None, None]
     phi = shear_parameter(radius2=radius2, shear_ratio=shear_ratio, length=L)
     dM = np.zeros((*np.shape(length), 6, 6))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.structure import Structure
-from twin.structure.elements.beam import curvature_shape
+from twin.structure.elements.beam import deflection_shape
 from twin.structure.mesh import BeamMesh
 
 __all__ = ["axial", "curvature", "deflection", "slope"]
@@ -34,7 +34,9 @@ def slope(structure: Structure, position_m: float) -> Row:
 def curvature(structure: Structure, position_m: float) -> Row:
     """Row with v''(position)."""
     mesh, at = _mesh(structure, position_m)
-    return _over(structure, mesh._row(at, lambda xi, length: (np.zeros(2), curvature_shape(xi, length), np.zeros(4))))
+    return _over(
+        structure, mesh._row(at, lambda xi, length: (np.zeros(2), deflection_shape(xi, length, 2), np.zeros(4)))
+    )
 
 
 def _mesh(structure: Structure, position_m: float) -> tuple[BeamMesh, float]:

@@ -6,15 +6,15 @@ from collections.abc import Callable
 
 import numpy as np
 
+from twin.arrays import Array
 from twin.joint import ParallelJenkins, masing_of_points
-from twin.joint.law import Series, Stiffness
 
 __all__ = ["iwan_backbone", "masing", "masing_stiffness"]
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(400)
 
 
-def masing(backbone: Callable[[Series], Series], *, limit_m: float, sliders: int = 20) -> ParallelJenkins:
+def masing(backbone: Callable[[Array], Array], *, limit_m: float, sliders: int = 20) -> ParallelJenkins:
     """The law with a given backbone, straight between so many points.
 
     Parameters
@@ -35,7 +35,7 @@ def masing(backbone: Callable[[Series], Series], *, limit_m: float, sliders: int
     return masing_of_points(x, np.asarray(backbone(x)))
 
 
-def masing_stiffness(amplitude: Series | float, backbone: Callable[[Series], Series]) -> Stiffness:
+def masing_stiffness(amplitude: Array | float, backbone: Callable[[Array], Array]) -> Array:
     """Describing function over a backbone.
 
     On the loop of amplitude A, e = A sin(theta), the loading branch is -F(A) + 2 F((e + A)/2), which gives the storage
@@ -51,7 +51,7 @@ def masing_stiffness(amplitude: Series | float, backbone: Callable[[Series], Ser
     return np.asarray(storage + 1j * loss, complex)
 
 
-def iwan_backbone(x: Series, stiffness_N_per_m: float, slip_force_N: float, *, chi: float = 0.0) -> Series:
+def iwan_backbone(x: Array, stiffness_N_per_m: float, slip_force_N: float, *, chi: float = 0.0) -> Array:
     """Force on first loading to x >= 0, with infinitely many sliders."""
     x_1 = slip_force_N / stiffness_N_per_m * (chi + 2.0) / (chi + 1.0)
     inside = np.minimum(np.asarray(x, float), x_1)

@@ -7,9 +7,9 @@ back-EMF.  As both lose the same factor, no energy is made.
 from dataclasses import dataclass
 from typing import ClassVar
 
+from twin.arrays import Array
 from twin.joint.kernel import INNER
 from twin.joint.kinds import FORCE_FACTOR
-from twin.joint.law import Series
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class ForceFactor:
 
 
 @INNER
-def lost_force(p: Series, row: int, x: float, y: float) -> tuple[float, float, float]:
+def lost_force(p: Array, row: int, x: float, y: float) -> tuple[float, float, float]:
     """Force and its slopes by x and by y."""
     q = 1.0 / (1.0 + (x / p[row, 1]) * (x / p[row, 1]))
     return p[row, 0] * (q - 1.0) * y, -2.0 * p[row, 0] * q * q * x / (p[row, 1] * p[row, 1]) * y, p[row, 0] * (q - 1.0)

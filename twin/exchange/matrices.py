@@ -16,7 +16,7 @@ from recordings.errors import InputError
 from recordings.whole import refuse_existing, whole_file
 from twin.arrays import Array
 from twin.rigs import Rig
-from twin.rigs.matrices.op4_matrix import SYMMETRIC
+from twin.rigs.matrices.op4 import SYMMETRIC
 from twin.structure import assemble, named_rows
 
 __all__ = ["SUFFIXES", "write_matrices"]

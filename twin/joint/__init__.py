@@ -4,7 +4,7 @@ from twin.joint.describing_function import describing_function
 from twin.joint.functions import law_of_functions
 from twin.joint.iwan import iwan
 from twin.joint.jenkins_element import ParallelJenkins, jenkins
-from twin.joint.knots import loss_of_knots, softening_of_knots
+from twin.joint.knots import Curve, loss_of_knots, softening_of_knots, table_of_softening
 from twin.joint.law import Law
 from twin.joint.masing import masing_of_points
 from twin.joint.named_law import NamedLaw, Parameter, PointForce
@@ -15,10 +15,11 @@ from twin.joint.running_loss import RunningLoss
 from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact, one_sided
 from twin.joint.steel import steel_loss, steel_softening
-from twin.joint.table import ForceTable, table_from_stiffness, table_of_softening
+from twin.joint.table import ForceTable, table_from_stiffness
 
 __all__ = [
     "Cubic",
+    "Curve",
     "ForceTable",
     "Law",
     "Linear",

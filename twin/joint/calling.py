@@ -13,7 +13,7 @@ from numba import typeof, types
 from numba.core import cgutils
 from numba.extending import intrinsic, overload
 
-from twin.joint.law import Series
+from twin.arrays import Array
 
 _NUMBERS = types.CPointer(types.float64)
 SIGNATURE = types.void(_NUMBERS, types.intp, _NUMBERS, types.intp, types.float64, _NUMBERS)
@@ -26,7 +26,7 @@ _PROTOTYPE = ctypes.CFUNCTYPE(
 )  # fmt: skip
 
 
-def call_at(address: int, p: Series, state: Series, row: int, e: float) -> tuple[float, float]:
+def call_at(address: int, p: Array, state: Array, row: int, e: float) -> tuple[float, float]:
     """What the function at an address fills in for one row of parameters `p` and memory `state` at `e`."""
     filled = (ctypes.c_double * 2)()
     numbers, memory = p[row], state[row]

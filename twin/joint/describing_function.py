@@ -4,12 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from twin.joint.law import Series, Stiffness
+from twin.arrays import Array
 
 
 def describing_function(
-    path: Callable[[Series], Series], amplitude: Series | float, *, points: int = 4096, cycles: int = 3
-) -> Stiffness:
+    path: Callable[[Array], Array], amplitude: Array | float, *, points: int = 4096, cycles: int = 3
+) -> Array:
     """Complex equivalent stiffness of a force for e = A sin(theta).
 
     ``N(A) = 1/(pi A) integral f (sin + j cos) dtheta`` over one period: the real part stores, the imaginary part

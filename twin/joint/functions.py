@@ -20,16 +20,17 @@ from typing import ClassVar
 
 import numpy as np
 
+from twin.arrays import Array
 from twin.joint.describing_function import describing_function
 from twin.joint.kinds import FUNCTIONS
-from twin.joint.law import Law, Series, Stiffness
+from twin.joint.law import Law, Marched
 
-Force = Callable[[Series, Series, float], tuple[float, float]]
-Remember = Callable[[Series, Series, float], None]
+Force = Callable[[Array, Array, float], tuple[float, float]]
+Remember = Callable[[Array, Array, float], None]
 
 
 @dataclass(frozen=True, eq=False)
-class FunctionLaw:
+class FunctionLaw(Marched):
     """A law whose force and memory are functions."""
 
     kind: ClassVar[int] = FUNCTIONS
@@ -39,24 +40,18 @@ class FunctionLaw:
     remember: Remember | None = None
     states: int = 0
     """Length of the memory, which begins at zero."""
-    describing: Callable[[Series], Stiffness] | None = field(default=None)
+    describing: Callable[[Array], Array] | None = field(default=None)
     """Equivalent stiffness over an amplitude, if there is a closed form; otherwise by quadrature."""
 
     @property
-    def parameters(self) -> Series:
+    def parameters(self) -> Array:
         """[address of force, address of remember or 0, states, numbers]: of this process alone."""
         from twin.joint.machine_code import machine_code  # which numba takes a while to load
 
         remember = machine_code(self.remember, fills=False).address if self.remember else 0
         return np.array([machine_code(self.force, fills=True).address, remember, self.states, *self.numbers], float)
 
-    def force_history(self, e: Series) -> Series:
-        """Force along a path."""
-        from twin.joint.machine_code import along
-
-        return np.asarray(along(self.parameters[None], np.zeros((1, max(self.states, 1))), np.asarray(e, float)))
-
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness."""
         if self.describing is None:
             return describing_function(self.force_history, amplitude)
@@ -68,7 +63,7 @@ def law_of_functions(
     *,
     remember: Remember | None = None,
     states: int = 0,
-    stiffness: Callable[..., Stiffness] | None = None,
+    stiffness: Callable[..., Array] | None = None,
 ) -> Callable[..., Law]:
     """What makes a law of these functions from the values of its parameters, for :class:`twin.joint.NamedLaw`.
 

@@ -5,16 +5,12 @@ from typing import ClassVar
 
 import numpy as np
 
+from twin.arrays import Array
 from twin.joint.kinds import SLIDERS
-from twin.joint.law import Series, Stiffness
+from twin.joint.law import Marched
 
 
-def slide(force: Series, move: float, stiffness_N_per_m: Series, slip_force_N: Series) -> Series:
-    """Forces of elements after a move: a spring that sticks, or slips at its limit."""
-    return np.clip(force + stiffness_N_per_m * move, -slip_force_N, slip_force_N)
-
-
-def jenkins_stiffness(amplitude: Series | float, stiffness_N_per_m: float, slip_force_N: float) -> Stiffness:
+def jenkins_stiffness(amplitude: Array | float, stiffness_N_per_m: float, slip_force_N: float) -> Array:
     """Describing function.
 
     The element sticks up to A = F/k; beyond, with cos b = 1 - 2 F/(k A),
@@ -27,7 +23,7 @@ def jenkins_stiffness(amplitude: Series | float, stiffness_N_per_m: float, slip_
 
 
 @dataclass(frozen=True)
-class ParallelJenkins:
+class ParallelJenkins(Marched):
     """Springs in series with Coulomb sliders, all in parallel; the state is the force in each.
 
     Iwan and Masing laws are such networks; see their files for how they are made, and for their closed forms.
@@ -43,21 +39,12 @@ class ParallelJenkins:
         return 1 + len(self.slip_force_N)
 
     @property
-    def parameters(self) -> Series:
+    def parameters(self) -> Array:
         """[n, k1, F1, k2, F2, ...]."""
         rows = zip(self.stiffness_N_per_m, self.slip_force_N, strict=True)
         return np.array([len(self.slip_force_N), *(value for row in rows for value in row)], float)
 
-    def force_history(self, e: Series) -> Series:
-        """Force along a path."""
-        k, limit = np.array(self.stiffness_N_per_m), np.array(self.slip_force_N)
-        force, total = np.zeros(len(k)), np.empty_like(e)
-        for i, step in enumerate(np.diff(e, prepend=0.0)):
-            force = slide(force, step, k, limit)
-            total[i] = force.sum()
-        return total
-
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness, the sum of the elements'."""
         pairs = zip(self.stiffness_N_per_m, self.slip_force_N, strict=True)
         return np.asarray(sum(jenkins_stiffness(amplitude, k, F) for k, F in pairs))

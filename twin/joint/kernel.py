@@ -1,14 +1,16 @@
 """The laws inside compiled kernels: force and tangent of one element, and its memory after a step.
 
 Written once in the subset that numba compiles; the plain Python functions are what the numpy twins of the kernels use
-(``evaluate.py_func``), and the tests hold them to the laws' own paths.
+(``evaluate.py_func``), and the tests hold them to each law's own formula.
 """
 
 from math import sqrt
 from typing import Any
 
+import numpy as np
 from numba import njit
 
+from twin.arrays import Array
 from twin.joint.calling import call_at
 from twin.joint.kinds import (
     CUBIC,
@@ -22,7 +24,6 @@ from twin.joint.kinds import (
     SLIDERS,
     TABLE,
 )
-from twin.joint.law import Series
 
 FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
 """Rounding may be reordered, but NaN and infinity keep their meaning."""
@@ -46,7 +47,7 @@ SLOWEST_RAD_PER_S = 6.0
 
 
 @BORROWING
-def evaluate(kind: int, p: Series, state: Series, row: int, e: float) -> tuple[float, float]:
+def evaluate(kind: int, p: Array, state: Array, row: int, e: float) -> tuple[float, float]:
     """Restoring force and its tangent at `e` of the element in one row of parameters `p` and memory `state`.
 
     Rows are indexed here and not passed as views, and the laws with loops are a function of their own, because a call
@@ -72,7 +73,7 @@ def evaluate(kind: int, p: Series, state: Series, row: int, e: float) -> tuple[f
 
 
 @BORROWING
-def _with_loops(kind: int, p: Series, state: Series, row: int, e: float) -> tuple[float, float]:
+def _with_loops(kind: int, p: Array, state: Array, row: int, e: float) -> tuple[float, float]:
     if kind == SLIDERS:
         force, tangent = 0.0, 0.0
         for i in range(int(p[row, 0])):
@@ -104,7 +105,7 @@ def _with_loops(kind: int, p: Series, state: Series, row: int, e: float) -> tupl
 
 
 @BORROWING
-def polynomial(p: Series, state: Series, row: int, e: float) -> tuple[float, float]:
+def polynomial(p: Array, state: Array, row: int, e: float) -> tuple[float, float]:
     """The same of a polynomial law, which has loops of its own."""
     size = abs(e)
     sign = 1.0 if e >= 0.0 else -1.0
@@ -131,7 +132,7 @@ def polynomial(p: Series, state: Series, row: int, e: float) -> tuple[float, flo
 
 
 @BORROWING
-def remember(kind: int, p: Series, state: Series, row: int, e: float, displacement: float, step_s: float) -> None:
+def remember(kind: int, p: Array, state: Array, row: int, e: float, displacement: float, step_s: float) -> None:
     """Move one row's memory to the end of a step that ended at `e`; `displacement` goes with a velocity coordinate."""
     if kind == SLIDERS:
         for i in range(int(p[row, 0])):
@@ -159,3 +160,13 @@ def remember(kind: int, p: Series, state: Series, row: int, e: float, displaceme
         state[row, 2] += blend * (coefficient - state[row, 2])
     elif kind == FUNCTIONS and p[row, 1] != 0.0:
         call_at(int(p[row, 1]), p, state, row, e)
+
+
+@COMPILED
+def along(kind: int, p: Array, state: Array, e: Array) -> Array:
+    """Force along the samples of a path of the first row's element; of laws that ask for no time."""
+    force = np.empty_like(e)
+    for i in range(e.shape[0]):
+        force[i] = evaluate(kind, p, state, 0, e[i])[0]
+        remember(kind, p, state, 0, e[i], 0.0, 0.0)
+    return force

@@ -4,6 +4,7 @@ A law acts on a point's opening or on its slip: lengths are metres of that coord
 the layer's moduli are.  What a law says, it says beyond E' and G' at rest (:class:`twin.joint.named_law.PointForce`).
 """
 
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -11,23 +12,25 @@ import numpy as np
 
 from twin.joint.iwan import iwan
 from twin.joint.jenkins_element import jenkins
-from twin.joint.knots import LOSS_POINTS, loss_of_knots, softening_of_knots
+from twin.joint.knots import loss_of_knots, softening_of_knots
 from twin.joint.law import Law
 from twin.joint.masing import masing_of_points
 from twin.joint.named_law import NamedLaw, Parameter
 from twin.joint.polynomial import Polynomial
 from twin.joint.power_laws import Cubic
-from twin.joint.running_loss import RunningLoss
+from twin.joint.running_loss import growing_loss
 from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact
 
 
-def _modulus(name: str, about: str, **more: Any) -> Parameter:
-    return Parameter(name=name, unit="N/m2", about=about, **({"above": 0.0} | more))
+def _parameter(unit: str, name: str, about: str, **more: Any) -> Parameter:
+    """Above zero unless another lower bound is given."""
+    bound: dict[str, Any] = {} if more.keys() & {"above", "least"} else {"above": 0.0}
+    return Parameter(name=name, unit=unit, about=about, **bound, **more)
 
 
-def _length(name: str, about: str, **more: Any) -> Parameter:
-    return Parameter(name=name, unit="m", about=about, **({"above": 0.0} | more))
+_modulus, _length, _number = (partial(_parameter, unit) for unit in ("N/m2", "m", "1"))
+_coefficients = partial(_parameter, "N/m2 per m, m2, ...", above=None, default=[], several=True)
 
 
 def _iwan(stiffness: float, slips_at: float, exponent: float, sliders: float) -> Law:
@@ -55,12 +58,6 @@ def _mayer_gaul(opened: float, closed: float, pressed: float, gap: float) -> Law
     return PiecewiseLinearContact(
         (opened, -opened, closed, pressed - closed), (0.0, gap, 0.0, -gap), (1, 1, -1, -1)
     )  # fmt: skip
-
-
-def _running_loss(loss: float, reached_at: float, power: float) -> Law:
-    amplitude = np.linspace(0.0, 6.0 * reached_at, LOSS_POINTS)  # beyond, the loss is constant
-    share = (amplitude / reached_at) ** power
-    return RunningLoss(float(amplitude[-1]), loss * share / (1.0 + share))
 
 
 def _softening_table(amplitude: list[float], softening: list[float]) -> Law:
@@ -100,7 +97,7 @@ LIBRARY = (
     NamedLaw(
         name="cubic",
         sentence="stiffens with the cube of its motion, by {stiffness:.3g} N/m4",
-        parameters=(Parameter(name="stiffness", unit="N/m4", about="force per cube of the deflection", above=0.0),),
+        parameters=(_parameter("N/m4", "stiffness", "force per cube of the deflection"),),
         make=lambda stiffness: Cubic(stiffness),
     ),
     NamedLaw(
@@ -121,10 +118,8 @@ LIBRARY = (
         parameters=(
             _modulus("stiffness", "of all springs"),
             _length("slips_at", "deflection at which the last slider slips"),
-            Parameter(
-                name="exponent", unit="1", about="of the density of slip forces", above=-1.0, most=10.0, default=0.0
-            ),
-            Parameter(name="sliders", unit="1", about="how many stand for it", least=1.0, most=100.0, default=10.0),
+            _number("exponent", "of the density of slip forces", above=-1.0, most=10.0, default=0.0),
+            _number("sliders", "how many stand for it", least=1.0, most=100.0, default=10.0),
         ),
         make=_iwan,
     ),
@@ -133,7 +128,7 @@ LIBRARY = (
         sentence="follows Masing's rule over a backbone of points",
         parameters=(
             _length("deflection", "of the backbone's points after (0, 0), rising", several=True),
-            Parameter(name="force", unit="N/m", about="of these points: modulus times metres", above=0.0, several=True),
+            _parameter("N/m", "force", "of these points: modulus times metres", several=True),
         ),
         make=_masing,
     ),
@@ -141,17 +136,9 @@ LIBRARY = (
         name="polynomial",
         sentence="softens and loses by polynomials of its amplitude, as the papers have them",
         parameters=(
-            Parameter(
-                name="softening",
-                unit="N/m2 per m, m2, ...",
-                about="coefficients of the first power on",
-                default=[],
-                several=True,
-            ),
-            Parameter(
-                name="loss", unit="N/m2 per m, m2, ...", about="likewise, of the loss modulus", default=[], several=True
-            ),
-            _length("reversal", "travel over which the loss changes its sign", above=None, least=0.0, default=0.0),
+            _coefficients("softening", "coefficients of the first power on"),
+            _coefficients("loss", "likewise, of the loss modulus"),
+            _length("reversal", "travel over which the loss changes its sign", least=0.0, default=0.0),
         ),
         make=_polynomial,
     ),
@@ -190,15 +177,15 @@ LIBRARY = (
         parameters=(
             _modulus("loss", "loss modulus of large motions"),
             _length("reached_at", "amplitude at which half of it is there"),
-            Parameter(name="power", unit="1", about="of the amplitude, at first", least=1.0, most=10.0, default=4.0),
+            _number("power", "of the amplitude, at first", least=1.0, most=10.0, default=4.0),
         ),
-        make=_running_loss,
+        make=growing_loss,
     ),
     NamedLaw(
         name="softening-table",
         sentence="softens over its amplitude as a table says",
         parameters=(
-            _length("amplitude", "knots, rising", above=None, least=0.0, several=True),
+            _length("amplitude", "knots, rising", least=0.0, several=True),
             _modulus("softening", "what is taken off the modulus there", above=None, several=True),
         ),
         make=_softening_table,
@@ -207,8 +194,8 @@ LIBRARY = (
         name="loss-table",
         sentence="loses over its amplitude, at any rate alike, as a table says",
         parameters=(
-            _length("amplitude", "knots, rising", above=None, least=0.0, several=True),
-            _modulus("loss", "loss modulus there", above=None, least=0.0, several=True),
+            _length("amplitude", "knots, rising", least=0.0, several=True),
+            _modulus("loss", "loss modulus there", least=0.0, several=True),
         ),
         make=_loss_table,
     ),

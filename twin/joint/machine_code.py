@@ -5,12 +5,10 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
 from numba import carray, cfunc, njit
 from numba.core.errors import NumbaError
 
-from twin.joint.calling import SIGNATURE, call_at
-from twin.joint.law import Series
+from twin.joint.calling import SIGNATURE
 
 AHEAD = 3
 """Parameters of the kernels before the law's own numbers: two addresses and the length of the memory."""
@@ -45,14 +43,3 @@ def machine_code(function: Callable[..., Any], *, fills: bool) -> Any:
         raise ValueError(
             f"{function.__name__} is not what numba can compile for (p, memory, x), giving {wanted}: {reason}"
         ) from error
-
-
-@njit(cache=True)
-def along(p: Series, memory: Series, e: Series) -> Series:
-    """Force along the samples of a path."""
-    force = np.empty_like(e)
-    for i in range(e.shape[0]):
-        force[i] = call_at(int(p[0, 0]), p, memory, 0, e[i])[0]
-        if p[0, 1] != 0.0:
-            call_at(int(p[0, 1]), p, memory, 0, e[i])
-    return force

@@ -7,11 +7,11 @@ falls by k at x, a spring k slips at the force k x.
 
 import numpy as np
 
+from twin.arrays import Array
 from twin.joint.jenkins_element import ParallelJenkins
-from twin.joint.law import Series
 
 
-def masing_of_points(deflection_m: Series, force_N: Series) -> ParallelJenkins:
+def masing_of_points(deflection_m: Array, force_N: Array) -> ParallelJenkins:
     """The law whose backbone is straight between points, the first of them (0, 0); beyond, it keeps its last slope.
 
     Raises

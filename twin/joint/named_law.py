@@ -9,7 +9,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
-from twin.joint.law import Law, Series, Stiffness
+from twin.arrays import Array
+from twin.joint.law import Law
 from twin.joint.limits import LIMITS
 from twin.joint.slap import PiecewiseLinearContact
 from twin.joint.table import ForceTable
@@ -43,9 +44,8 @@ class Parameter:
         one = Annotated[
             float, Field(gt=self.above, ge=self.least, lt=self.below, le=self.most, allow_inf_nan=False)
         ]  # fmt: skip
-        if self.several:
-            return Annotated[list[one], Field(max_length=200)], ... if self.default is None else self.default
-        return one, ... if self.default is None else self.default
+        kind = Annotated[list[one], Field(max_length=200)] if self.several else one
+        return kind, ... if self.default is None else self.default
 
 
 @dataclass(frozen=True)
@@ -75,11 +75,11 @@ class PointForce:
             return self.at_rest - self.law.least_tangent
         return self.at_rest
 
-    def force_history(self, e: Series) -> Series:
+    def force_history(self, e: Array) -> Array:
         """Force along a path, N/m."""
         return self.law.force_history(e) - self.at_rest * e
 
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """What is added to the modulus at an amplitude, complex, N/m2."""
         return self.law.describing_function(amplitude) - self.at_rest
 

@@ -11,8 +11,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from twin.arrays import Array
 from twin.joint.kinds import POLYNOMIAL
-from twin.joint.law import Series, Stiffness
+from twin.joint.law import Marched
 
 
 def storage_ratio(k: int) -> float:
@@ -26,7 +27,7 @@ def loss_ratio(k: int) -> float:
 
 
 @dataclass(frozen=True)
-class Polynomial:
+class Polynomial(Marched):
     """Stiffness sum_k storage[k] X^k + j sum_k loss[k] X^k for a coordinate of amplitude X.
 
     `stick` is the travel over which the loss reverses its sign: zero is the exact law, which jumps at reversals; the
@@ -40,36 +41,13 @@ class Polynomial:
     stick: float = 0.0
 
     @property
-    def parameters(self) -> Series:
+    def parameters(self) -> Array:
         """[stick, n, time-form storage coefficients, n, time-form loss coefficients]."""
         storage = [c / storage_ratio(k) for k, c in enumerate(self.storage)]
         loss = [c / loss_ratio(k) for k, c in enumerate(self.loss)]
         return np.array([self.stick, len(storage), *storage, len(loss), *loss], float)
 
-    def force_history(self, e: Series) -> Series:
-        """Force along a path."""
-        size, sign = np.abs(e), self._direction(e)
-        force = np.zeros_like(e)
-        for k, c in enumerate(self.storage):
-            force += c / storage_ratio(k) * size**k * e
-        for k, c in enumerate(self.loss):
-            force += c / loss_ratio(k) * size ** (k + 1) * sign
-        return force
-
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness: the polynomials."""
         X = np.asarray(amplitude, float)
-        return np.polynomial.polynomial.polyval(X, np.array([*self.storage, 0.0])) + 1j * (
-            np.polynomial.polynomial.polyval(X, np.array([*self.loss, 0.0]))
-        )
-
-    def _direction(self, e: Series) -> Series:
-        """sign(de/dt), reversed over the travel `stick`."""
-        steps = np.diff(e, prepend=0.0)
-        if self.stick == 0.0:
-            return np.sign(steps)
-        direction, s = np.empty_like(e), 0.0
-        for i, step in enumerate(steps):
-            s = min(max(s + step / self.stick, -1.0), 1.0)
-            direction[i] = s
-        return direction
+        return np.polyval([0.0, *self.storage[::-1]], X) + 1j * np.polyval([0.0, *self.loss[::-1]], X)

@@ -5,19 +5,29 @@ from typing import ClassVar
 
 import numpy as np
 
+from twin.arrays import Array
 from twin.joint.kinds import CUBIC, LINEAR, QUADRATIC_DRAG
-from twin.joint.law import Series, Stiffness
+from twin.joint.law import Marched
+from twin.joint.polynomial import storage_ratio
 
 
 @dataclass(frozen=True)
-class _OneCoefficient:
+class _OneCoefficient(Marched):
+    """f = coefficient |e|^power e."""
+
     coefficient: float
     states: ClassVar[int] = 0
+    power: ClassVar[int]
 
     @property
-    def parameters(self) -> Series:
+    def parameters(self) -> Array:
         """[coefficient]."""
         return np.array([self.coefficient])
+
+    def describing_function(self, amplitude: Array) -> Array:
+        """Equivalent stiffness; of a velocity, equivalent damping."""
+        A = np.asarray(amplitude, float)
+        return np.asarray(storage_ratio(self.power) * self.coefficient * A**self.power, complex)
 
 
 @dataclass(frozen=True)
@@ -25,14 +35,7 @@ class Linear(_OneCoefficient):
     """f = k e: a spring, or on a velocity coordinate a damper."""
 
     kind: ClassVar[int] = LINEAR
-
-    def force_history(self, e: Series) -> Series:
-        """Force along a path."""
-        return self.coefficient * e
-
-    def describing_function(self, amplitude: Series) -> Stiffness:
-        """Equivalent stiffness, k at any amplitude."""
-        return np.full(np.shape(amplitude), self.coefficient + 0j)
+    power: ClassVar[int] = 0
 
 
 @dataclass(frozen=True)
@@ -40,14 +43,7 @@ class Cubic(_OneCoefficient):
     """f = k e^3 with k in N/m3; describing function (3/4) k A^2."""
 
     kind: ClassVar[int] = CUBIC
-
-    def force_history(self, e: Series) -> Series:
-        """Force along a path."""
-        return self.coefficient * e**3
-
-    def describing_function(self, amplitude: Series) -> Stiffness:
-        """Equivalent stiffness."""
-        return np.asarray(0.75 * self.coefficient * np.asarray(amplitude, float) ** 2, complex)
+    power: ClassVar[int] = 2
 
 
 @dataclass(frozen=True)
@@ -55,11 +51,4 @@ class QuadraticDrag(_OneCoefficient):
     """``f = c v |v|`` of a velocity; over its amplitude V the equivalent damping is 8 c V / (3 pi)."""
 
     kind: ClassVar[int] = QUADRATIC_DRAG
-
-    def force_history(self, e: Series) -> Series:
-        """Force along a path of the velocity."""
-        return self.coefficient * e * np.abs(e)
-
-    def describing_function(self, amplitude: Series) -> Stiffness:
-        """Force over velocity, real."""
-        return np.asarray(8.0 / (3.0 * np.pi) * self.coefficient * np.asarray(amplitude, float), complex)
+    power: ClassVar[int] = 1

@@ -9,6 +9,7 @@ import sys
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
+from traceback import extract_tb
 from types import ModuleType
 
 from recordings.errors import InputError
@@ -89,9 +90,5 @@ def _line_of(error: Exception, file: Path) -> str:
     """The line of the file that an error came by last."""
     if isinstance(error, SyntaxError):
         return f"line {error.lineno}"
-    line, trace = 0, error.__traceback__
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == str(file):
-            line = trace.tb_lineno
-        trace = trace.tb_next
-    return f"line {line}" if line else ""
+    lines = [frame.lineno for frame in extract_tb(error.__traceback__) if frame.filename == str(file)]
+    return f"line {lines[-1]}" if lines else ""

@@ -16,8 +16,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from twin.arrays import Array
 from twin.joint.kinds import RUNNING_LOSS
-from twin.joint.law import Series, Stiffness
+from twin.joint.limits import LIMITS
+
+LOSS_POINTS = 1025
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,24 +34,31 @@ class RunningLoss:
     kind: ClassVar[int] = RUNNING_LOSS
     states: ClassVar[int] = 5
     limit_m: float
-    eta: Series
+    eta: Array
     tau_s: float = field(default=0.15)
 
     @property
-    def parameters(self) -> Series:
+    def parameters(self) -> Array:
         """[tau, n, limit, eta0, eta1, ...]."""
         return np.concatenate([[self.tau_s, len(self.eta), self.limit_m], self.eta])
 
-    def modulus(self, amplitude: Series) -> Series:
+    def modulus(self, amplitude: Array) -> Array:
         """Loss modulus at an amplitude."""
         return np.interp(amplitude, np.linspace(0.0, self.limit_m, len(self.eta)), self.eta)
 
-    def force_history(self, e: Series) -> Series:
+    def force_history(self, e: Array) -> Array:
         """Force along one or more whole periods of equal steps, with the running means at their steady values."""
         velocity = np.gradient(e)
         A, w = np.sqrt(2 * np.mean(e**2)), np.sqrt(np.mean(velocity**2) / np.mean(e**2))
         return self.modulus(A) * velocity / w
 
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness, imaginary."""
         return np.asarray(1j * self.modulus(np.asarray(amplitude, float)), complex)
+
+
+def growing_loss(loss: float, reached_at: float, power: float) -> RunningLoss:
+    """Loss modulus that grows with a power of the amplitude at first; half of `loss` is there at `reached_at`, m."""
+    amplitude = np.linspace(0.0, LIMITS.loss_end * reached_at, LOSS_POINTS)
+    share = (amplitude / reached_at) ** power
+    return RunningLoss(float(amplitude[-1]), loss * share / (1.0 + share))

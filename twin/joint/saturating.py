@@ -10,13 +10,14 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import ellipe, ellipk
 
+from twin.arrays import Array
 from twin.joint.kinds import SATURATING
-from twin.joint.law import Series, Stiffness
+from twin.joint.law import Marched
 from twin.joint.limits import LIMITS
 
 
 @dataclass(frozen=True)
-class Saturating:
+class Saturating(Marched):
     """f = k e / sqrt(1 + (e/e0)^2) + (spring) e.
 
     With k = -spring it is the softening part alone: nothing at small amplitudes, -k lost at large ones.  The describing
@@ -30,15 +31,11 @@ class Saturating:
     spring: float = 0.0
 
     @property
-    def parameters(self) -> Series:
+    def parameters(self) -> Array:
         """[k, e0, spring]."""
         return np.array([self.k, self.e0, self.spring])
 
-    def force_history(self, e: Series) -> Series:
-        """Force along a path."""
-        return self.k * e / np.sqrt(1.0 + (e / self.e0) ** 2) + self.spring * e
-
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness."""
         m = (np.asarray(amplitude, float) / self.e0) ** 2
         series = 1.0 - 3.0 / 8.0 * m + 15.0 / 64.0 * m**2 - 175.0 / 1024.0 * m**3

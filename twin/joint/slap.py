@@ -9,12 +9,13 @@ from typing import ClassVar
 
 import numpy as np
 
+from twin.arrays import Array
 from twin.joint.kinds import HINGES
-from twin.joint.law import Series, Stiffness
+from twin.joint.law import Marched
 
 
 @dataclass(frozen=True)
-class PiecewiseLinearContact:
+class PiecewiseLinearContact(Marched):
     """f = sum of k_i <s_i (e - g_i)> s_i, where <x> is x where positive and s_i = +1 or -1 is the side of contact.
 
     Describing function of one hinge with 0 <= g < A: (k / pi) (acos r - r sqrt(1 - r^2)), r = s g / A; the
@@ -28,7 +29,7 @@ class PiecewiseLinearContact:
     side: tuple[int, ...]
 
     @property
-    def parameters(self) -> Series:
+    def parameters(self) -> Array:
         """[n, k1, g1, s1, k2, ...]."""
         rows = zip(self.stiffness_N_per_m, self.gap_m, self.side, strict=True)
         return np.array([len(self.gap_m), *(value for row in rows for value in row)], float)
@@ -41,14 +42,7 @@ class PiecewiseLinearContact:
         k, g, s = (np.array(values, float)[:, None] for values in (self.stiffness_N_per_m, self.gap_m, self.side))
         return float(np.min(np.sum(np.where(s * (between - g) > 0.0, k, 0.0), axis=0)))
 
-    def force_history(self, e: Series) -> Series:
-        """Force along a path."""
-        force = np.zeros_like(e)
-        for k, g, s in zip(self.stiffness_N_per_m, self.gap_m, self.side, strict=True):
-            force += k * s * np.maximum(s * (e - g), 0.0)
-        return force
-
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness."""
         A = np.asarray(amplitude, float)
         total = np.zeros_like(A)

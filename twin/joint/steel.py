@@ -9,7 +9,7 @@ allow 1.13e-3.  At 540 N the peaks are 1.11, 0.98 and 0.73e-3 m/N, and the fall 
 import numpy as np
 
 from twin.joint.limits import LIMITS
-from twin.joint.running_loss import RunningLoss
+from twin.joint.running_loss import RunningLoss, growing_loss
 from twin.joint.saturating import Saturating
 
 
@@ -22,6 +22,4 @@ def steel_softening(E: float) -> Saturating:
 def steel_loss(E: float) -> RunningLoss:
     """What a point loses over its slip, for a layer of normal modulus `E`, N/m2."""
     scale = LIMITS.loss_slip * np.sqrt(E / LIMITS.reference_modulus)
-    slip = np.linspace(0.0, LIMITS.loss_end * scale, 1025)
-    share = (slip / scale) ** LIMITS.loss_power
-    return RunningLoss(slip[-1], LIMITS.loss_modulus * share / (1.0 + share))
+    return growing_loss(LIMITS.loss_modulus, scale, LIMITS.loss_power)

@@ -15,8 +15,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from twin.arrays import Array
 from twin.joint.kinds import TABLE
-from twin.joint.law import Series, Stiffness
 from twin.joint.limits import LIMITS
 
 
@@ -27,31 +27,31 @@ class ForceTable:
     kind: ClassVar[int] = TABLE
     states: ClassVar[int] = 0
     limit_m: float
-    force: Series
+    force: Array
 
     @classmethod
-    def of(cls, force: Callable[[Series], Series], *, limit_m: float) -> ForceTable:
+    def of(cls, force: Callable[[Array], Array], *, limit_m: float) -> ForceTable:
         """Tabulate a single-valued force."""
         return cls(limit_m, force(np.linspace(-limit_m, limit_m, LIMITS.table_points)))
 
     @property
-    def parameters(self) -> Series:
+    def parameters(self) -> Array:
         """[n, limit, f(-limit), ..., f(limit)]."""
         return np.concatenate([[len(self.force), self.limit_m], self.force])
 
     @property
-    def tangent(self) -> Series:
+    def tangent(self) -> Array:
         """Slope of each interval."""
         return np.diff(self.force) * (len(self.force) - 1) / (2 * self.limit_m)
 
-    def force_history(self, e: Series) -> Series:
+    def force_history(self, e: Array) -> Array:
         """Force along a path."""
         inside = np.clip(e, -self.limit_m, self.limit_m)
         slope = np.where(e > 0, self.tangent[-1], self.tangent[0])
         grid = np.linspace(-self.limit_m, self.limit_m, len(self.force))
         return np.interp(inside, grid, self.force) + slope * (e - inside)
 
-    def describing_function(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Array) -> Array:
         """Equivalent stiffness, by quadrature over half a period."""
         A = np.asarray(amplitude, float)
         nodes, weights = np.polynomial.legendre.leggauss(800)
@@ -61,7 +61,7 @@ class ForceTable:
 
 
 def table_from_stiffness(
-    stiffness: Callable[[Series], Series], slope: Callable[[Series], Series], *, limit_m: float
+    stiffness: Callable[[Array], Array], slope: Callable[[Array], Array], *, limit_m: float
 ) -> ForceTable:
     """The hyperelastic law whose describing function is a given real curve.
 
@@ -77,24 +77,3 @@ def table_from_stiffness(
     integrand = 3.0 * sine**3 * stiffness(A) + x[:, None] * sine**4 * slope(A)
     half = x / 2.0 * (integrand @ weights) * np.pi / 4
     return ForceTable(limit_m, np.concatenate([-half[:0:-1], half]))
-
-
-def table_of_softening(
-    softening: Callable[[Series], Series], slope: Callable[[Series], Series], last_m: float, *, limit_m: float
-) -> ForceTable:
-    """The odd, single-valued force whose describing function is minus the softening, given from 0 to `last_m`.
-
-    Beyond, it levels off instead of ending in a corner, which the harmonics of a sine that hardly reaches it meet.
-    """
-    steep, run_out = float(slope(np.array(last_m))), LIMITS.run_out * last_m
-
-    def left(x: Series) -> Series:
-        return np.exp(-np.maximum(x - last_m, 0.0) / run_out)
-
-    def stiffness(x: Series) -> Series:
-        return -(softening(np.minimum(x, last_m)) + steep * run_out * (1 - left(x)))
-
-    def stiffness_slope(x: Series) -> Series:
-        return -np.where(x < last_m, slope(np.minimum(x, last_m)), steep * left(x))
-
-    return table_from_stiffness(stiffness, stiffness_slope, limit_m=limit_m)

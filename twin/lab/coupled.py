@@ -11,7 +11,7 @@ from recordings.errors import InputError
 from recordings.responses import are_responses, read_responses
 from twin.lab.shown import Shown
 from twin.rigs.preloads import known_preload
-from twin.rigs.substructures import load_substructures
+from twin.rigs.store import load_substructures
 from twin.substructuring import (
     CoupledPrediction,
     JointFit,

@@ -14,8 +14,8 @@ from twin.identify.backbones.backbone import BackboneSweep
 from twin.identify.backbones.modal_table import read_sweeps
 from twin.lab.diagnosed import EXTENDED, DiagnosedModel
 from twin.rigs import Rig
-from twin.rigs.kinds import AnyRig
 from twin.rigs.modal import ModalRig
+from twin.rigs.store import AnyRig
 from twin.views.drawing import draw_band, dressed, legend, panels
 from twin.views.figures import bars, error_bars
 from twin.views.page import LEFT_OUT, Page, Picture, Section

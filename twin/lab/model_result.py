@@ -15,7 +15,7 @@ from twin.diagnose.answer.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
 from twin.lab.shown import Reported
 from twin.rigs.assumed import assumed
-from twin.rigs.kinds import AnyRig, save_any_rig
+from twin.rigs.store import AnyRig, save_rig
 from twin.views.curves import Fitted
 from twin.views.figures import broadband_figure, residuals_figure, sweeps_figure
 from twin.views.rig_figure import modes_figure
@@ -54,7 +54,7 @@ class ModelResult(Reported):
     def save_file(self, path: str | Path) -> None:
         """Write the model file (TOML), whole or not at all."""
         with whole_file(Path(path)) as part:
-            save_any_rig(self.file, part)
+            save_rig(self.file, part)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)

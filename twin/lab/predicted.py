@@ -14,10 +14,9 @@ from twin.lab.shown import Shown
 from twin.rigs import LawTable
 from twin.rigs.assumed import assumed
 from twin.rigs.beam import BeamRig
-from twin.rigs.kinds import AnyRig
 from twin.rigs.modal import ModalRig
 from twin.rigs.preloads import known_preload
-from twin.rigs.store import no_structure
+from twin.rigs.store import AnyRig, no_structure
 from twin.structure.plausibility import unlikely_units
 from twin.views.drawing import dressed, panels
 from twin.views.style import AFTER, BEFORE

@@ -20,10 +20,9 @@ from twin.lab.shown import Shown
 from twin.rigs import LapJointRig, Rig
 from twin.rigs.assumed import assumed
 from twin.rigs.beam import BeamRig
-from twin.rigs.kinds import AnyRig, load_any_rig
 from twin.rigs.modal import ModalRig
 from twin.rigs.preloads import known_preload
-from twin.rigs.store import no_structure
+from twin.rigs.store import AnyRig, load_any_rig, no_structure
 from twin.views.table import Table
 
 if TYPE_CHECKING:

@@ -2,5 +2,3 @@
 
 from twin.response.harmonic_balance import HarmonicBalance
 from twin.response.solutions import Failure, PeriodicSolution, SolutionBranch, SolutionSweep
-
-__all__ = ["Failure", "HarmonicBalance", "PeriodicSolution", "SolutionBranch", "SolutionSweep"]

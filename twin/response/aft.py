@@ -8,14 +8,12 @@ periodic, and differentiated by differences.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.bench.force_factor import lost_force
 from twin.joint.calling import call_at
 from twin.joint.kernel import COMPILED, INNER, evaluate, polynomial
 from twin.joint.kinds import FUNCTIONS, LINEAR, POLYNOMIAL, SLIDERS
-
-Matrix = NDArray[np.float64]
 
 BESIDE = 1e-6
 """Change of a coefficient over the coordinate's amplitude, for differences."""
@@ -23,7 +21,7 @@ SETTLED, MOST_PERIODS = 1e-9, 64
 """Change of such a law's memory over a period, as a share of it, that counts as none, and most periods until then."""
 
 
-def fourier_basis(harmonics: int, samples: int) -> Matrix:
+def fourier_basis(harmonics: int, samples: int) -> Array:
     """phi_i at equal steps of a period, (2 harmonics + 1, samples)."""
     t = 2 * np.pi * np.arange(samples) / samples
     rows = [np.ones(samples)]
@@ -33,7 +31,7 @@ def fourier_basis(harmonics: int, samples: int) -> Matrix:
 
 
 @COMPILED
-def alternate(kind: int, p: Matrix, row: int, c: Matrix, basis: Matrix, F: Matrix, J: Matrix) -> None:
+def alternate(kind: int, p: Array, row: int, c: Array, basis: Array, F: Array, J: Array) -> None:
     """Force coefficients F, (n,), and Jacobian J, (n, n), of one element for coefficients c, (n,).
 
     Parameters
@@ -73,7 +71,7 @@ def alternate(kind: int, p: Matrix, row: int, c: Matrix, basis: Matrix, F: Matri
 
 
 @INNER
-def _path(c: Matrix, basis: Matrix) -> Matrix:
+def _path(c: Array, basis: Array) -> Array:
     """The coordinate at the samples."""
     e = np.zeros(basis.shape[1])
     for i in range(basis.shape[0]):
@@ -83,7 +81,7 @@ def _path(c: Matrix, basis: Matrix) -> Matrix:
 
 
 @INNER
-def _project(basis: Matrix, force: Matrix, slopes: Matrix, F: Matrix, J: Matrix) -> None:
+def _project(basis: Array, force: Array, slopes: Array, F: Array, J: Array) -> None:
     """Fourier coefficients of a force and of its derivatives by each unknown, (n, samples)."""
     n, samples = basis.shape
     for i in range(n):
@@ -100,7 +98,7 @@ def _project(basis: Matrix, force: Matrix, slopes: Matrix, F: Matrix, J: Matrix)
 
 
 @INNER
-def _project_smooth(basis: Matrix, force: Matrix, tangent: Matrix, F: Matrix, J: Matrix) -> None:
+def _project_smooth(basis: Array, force: Array, tangent: Array, F: Array, J: Array) -> None:
     """The same where the derivative is a tangent times the unknown's wave."""
     n, samples = basis.shape
     slope = np.empty(samples)
@@ -120,7 +118,7 @@ def _project_smooth(basis: Matrix, force: Matrix, tangent: Matrix, F: Matrix, J:
 
 
 @INNER
-def _sliders(p: Matrix, row: int, e: Matrix, basis: Matrix, force: Matrix, slopes: Matrix) -> None:
+def _sliders(p: Array, row: int, e: Array, basis: Array, force: Array, slopes: Array) -> None:
     """The second of two periods; a slider's slope is k (phi(t) - phi(t of its last slip)), and none while it slips."""
     n, samples = basis.shape
     count = int(p[row, 0])
@@ -160,7 +158,7 @@ def _sliders(p: Matrix, row: int, e: Matrix, basis: Matrix, force: Matrix, slope
 
 
 @INNER
-def _hold(k: float, since: int, basis: Matrix, held: Matrix) -> float:
+def _hold(k: float, since: int, basis: Array, held: Array) -> float:
     """Add a slider of stiffness k (negative: take it away) that sticks since a sample, or since it was at rest."""
     if since >= 0:
         for i in range(held.shape[0]):
@@ -169,7 +167,7 @@ def _hold(k: float, since: int, basis: Matrix, held: Matrix) -> float:
 
 
 @INNER
-def _polynomial(p: Matrix, row: int, e: Matrix, basis: Matrix, force: Matrix, slopes: Matrix) -> None:
+def _polynomial(p: Array, row: int, e: Array, basis: Array, force: Array, slopes: Array) -> None:
     """The second of two periods; the direction of the loss has a derivative of its own, `turn`."""
     n, samples = basis.shape
     travel = p[row, 0] if p[row, 0] > 0.0 else 1e-300
@@ -196,7 +194,7 @@ def _polynomial(p: Matrix, row: int, e: Matrix, basis: Matrix, force: Matrix, sl
 
 
 @INNER
-def _remembering(p: Matrix, row: int, e: Matrix, basis: Matrix, F: Matrix, J: Matrix) -> None:
+def _remembering(p: Array, row: int, e: Array, basis: Array, F: Array, J: Array) -> None:
     """A law given by functions that has a memory, by differences."""
     n, samples = basis.shape
     largest = 1e-30
@@ -215,7 +213,7 @@ def _remembering(p: Matrix, row: int, e: Matrix, basis: Matrix, F: Matrix, J: Ma
 
 
 @INNER
-def _settled(p: Matrix, row: int, e: Matrix, force: Matrix) -> None:
+def _settled(p: Array, row: int, e: Array, force: Array) -> None:
     """Force over the period, from rest on, after which the memory is what it was before."""
     states = int(p[row, 2])
     memory, before = np.zeros((row + 1, states)), np.zeros(states)
@@ -232,9 +230,7 @@ def _settled(p: Matrix, row: int, e: Matrix, force: Matrix) -> None:
 
 
 @COMPILED
-def alternate_pair(
-    p: Matrix, row: int, x: Matrix, z: Matrix, basis: Matrix, F: Matrix, by_x: Matrix, by_z: Matrix
-) -> None:
+def alternate_pair(p: Array, row: int, x: Array, z: Array, basis: Array, F: Array, by_x: Array, by_z: Array) -> None:
     """Force coefficients and Jacobians of a force factor, for the coefficients of its stroke x and of what it turns."""
     samples = basis.shape[1]
     stroke, turned = _path(x, basis), _path(z, basis)
@@ -246,7 +242,7 @@ def alternate_pair(
 
 
 @INNER
-def loss_gain(p: Matrix, row: int, size: float) -> float:
+def loss_gain(p: Array, row: int, size: float) -> float:
     """Force of a polynomial law's loss per unit of its direction."""
     storage = int(p[row, 1])
     gain, power = 0.0, 1.0
@@ -258,8 +254,8 @@ def loss_gain(p: Matrix, row: int, size: float) -> float:
 
 @COMPILED
 def running(
-    p: Matrix, row: int, c: Matrix, offset: float, omega: float, F: Matrix, J: Matrix, by_offset: Matrix,
-    by_omega: Matrix,
+    p: Array, row: int, c: Array, offset: float, omega: float, F: Array, J: Array, by_offset: Array,
+    by_omega: Array,
 ) -> None:  # fmt: skip
     """The running loss: f = eta(A)/w v, with A and w from the harmonics of the velocity, and derivatives by all else.
 

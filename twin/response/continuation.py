@@ -8,18 +8,19 @@ Unknowns are measured coordinate by coordinate, each by its own size: an opening
 volts of a shaker.
 """
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import NamedTuple
 
+import numpy as np
+
+from twin.arrays import Array
 from twin.joint.calling import address, call_kernel
 from twin.joint.kernel import COMPILED, INNER
 from twin.response.aft import alternate
 from twin.response.kernel import drive_slope, residual, rounding, transfer
+from twin.response.limits import LIMITS
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
 from twin.response.solve import solve
 from twin.response.system import Addresses, System
-
-Matrix = NDArray[np.float64]
 
 CONTRACTION = 0.5
 """Most of the last step of Newton's that the next may be: a parabola without a zero never gets below it."""
@@ -39,6 +40,36 @@ FADED = 1e-3
 """Size of a coordinate over its largest so far below which it counts as this."""
 
 
+class Course(NamedTuple):
+    """A way along a branch in one parameter.
+
+    Attributes
+    ----------
+    begin, end, held, by_drive
+        The parameter at both ends, and the one that is held: the amplitude of the drive and the frequency, rad/s, if
+        `by_drive`, or else the other way round.
+    span
+        Unit in which the parameter counts for the arclength.
+    step
+        Greatest arclength of a step.
+    landing
+        Whether the last point is to lie at `end`, however the branch may turn before; else it ends where it leaves the
+        band between the two.
+    tolerance, corrections
+        Of each point.
+    """
+
+    begin: float
+    end: float
+    held: float
+    by_drive: bool
+    span: float
+    step: float
+    landing: bool
+    tolerance: float = LIMITS.balance_tolerance
+    corrections: int = 12
+
+
 def with_kernels(s: System) -> System:
     """The system that also tells where the kernels are that are called below."""
     v, m, a = np.empty(0), np.empty((0, 0)), np.empty((0, 0, 0, 0))
@@ -50,13 +81,13 @@ def with_kernels(s: System) -> System:
         drive_slope=address(drive_slope, s, 0.0, v),
         solve=address(solve, m, m),
         newton=address(newton, s, v, 0.0, 0.0, 0.0, 0, 0.0, m),
-        advance=address(_advance, s, v, v, v, 0.0, 0.0, True, 0.0, True, v, 0.0, 0, m),
+        advance=address(_advance, s, v, v, v, Course(0.0, 0.0, 0.0, True, 0.0, 0.0, True), 0.0, True, v, m),
     )
     return s._replace(at=at)
 
 
 @INNER
-def _measure(x: Matrix, largest: Matrix, size: Matrix) -> None:
+def _measure(x: Array, largest: Array, size: Array) -> None:
     """Sizes of the coordinates, (N,), each coordinate's at all its unknowns; `largest`, (locals,), is kept up."""
     locals_ = largest.shape[0]
     n = x.shape[0] // locals_
@@ -75,7 +106,7 @@ def _measure(x: Matrix, largest: Matrix, size: Matrix) -> None:
 
 
 @INNER
-def _length(v: Matrix, size: Matrix) -> float:
+def _length(v: Array, size: Array) -> float:
     """Of a change of the unknowns, or of a residual, over the size of the coordinates."""
     total = 0.0
     for i in range(v.shape[0]):
@@ -84,7 +115,7 @@ def _length(v: Matrix, size: Matrix) -> float:
 
 
 @INNER
-def _rounded(s: System, x: Matrix, R: Matrix, w: float, amplitude: float, F: Matrix, size: Matrix) -> bool:
+def _rounded(s: System, x: Array, R: Array, w: float, amplitude: float, F: Array, size: Array) -> bool:
     """Whether a residual is all rounding."""
     least = np.empty(x.shape[0])
     call_kernel(s.at.rounding, rounding, (s, x, w, amplitude, F, least))
@@ -93,7 +124,7 @@ def _rounded(s: System, x: Matrix, R: Matrix, w: float, amplitude: float, F: Mat
 
 @COMPILED
 def newton(
-    s: System, x: Matrix, w: float, amplitude: float, tolerance: float, most: int, contraction: float, F: Matrix
+    s: System, x: Array, w: float, amplitude: float, tolerance: float, most: int, contraction: float, F: Array
 ) -> tuple[int, int, float]:
     """Move x, (N,), onto the solution at w that is in reach.
 
@@ -141,7 +172,7 @@ def newton(
 
 
 @INNER
-def _border(J: Matrix, slope: Matrix, size: Matrix, span: float, row: Matrix, bordered: Matrix) -> None:
+def _border(J: Array, slope: Array, size: Array, span: float, row: Array, bordered: Array) -> None:
     """The Jacobian in unknowns over `size`, with the slope by the parameter over `span` and a last `row`."""
     N = J.shape[0]
     for i in range(N):
@@ -153,9 +184,7 @@ def _border(J: Matrix, slope: Matrix, size: Matrix, span: float, row: Matrix, bo
 
 
 @INNER
-def _tangent_at(
-    s: System, J: Matrix, slope: Matrix, size: Matrix, span: float, heading: Matrix, tangent: Matrix
-) -> bool:
+def _tangent_at(s: System, J: Array, slope: Array, size: Array, span: float, heading: Array, tangent: Array) -> bool:
     """Unit tangent of the branch in unknowns over `size` and the parameter over `span`, on the side of `heading`.
 
     Whether there is one is told.
@@ -176,21 +205,20 @@ def _tangent_at(
 
 @INNER
 def _advance(
-    s: System, z: Matrix, tangent: Matrix, size: Matrix, span: float, h: float, kink: bool, held: float, by_drive: bool,
-    unit: Matrix, tolerance: float, most: int, F: Matrix,
-) -> tuple[int, float]:  # fmt: skip
-    """One step of arclength along the branch.
+    s: System, z: Array, tangent: Array, size: Array, course: Course, h: float, kink: bool, unit: Array, F: Array
+) -> tuple[int, float]:
+    """One step of arclength `h` along the branch.
 
     Parameters
     ----------
     z : ndarray, (N + 1,)
-        Unknowns over `size` and the parameter over `span`, moved on in place.
+        Unknowns over `size` and the parameter over its span, moved on in place.
     tangent : ndarray, (N + 1,)
         Unit tangent at z, replaced by that at the last correction but one.
     kink
         Whether the corrections need not contract, but only stay near.
-    held, by_drive, unit
-        As in :func:`follow`; `unit` is the slope by the drive, (N,).
+    unit
+        The slope by the drive, (N,).
     F
         Filled: forces at the end, (locals, n).
 
@@ -199,6 +227,7 @@ def _advance(
     tuple
         The corrections it took, or -1; the contraction at the second of them, nothing if there was none.
     """
+    _, _, held, by_drive, span, _, _, tolerance, most = course
     N = z.shape[0] - 1
     R, J, by_w = np.empty(N), np.empty((N, N)), np.empty(N)
     bordered, right, across = np.empty((N + 1, N + 1)), np.empty((N + 1, 2)), np.empty(N + 1)
@@ -251,28 +280,13 @@ def turns_beyond(start: float, slope: float, end_slope: float, h: float, target:
 
 
 @COMPILED
-def follow(
-    s: System, start: Matrix, begin: float, end: float, held: float, by_drive: bool, span: float, step: float,
-    landing: bool, tolerance: float, corrections: int, X: Matrix, P: Matrix, F: Matrix, iterations: NDArray[np.int64],
-) -> tuple[int, int]:  # fmt: skip
+def follow(s: System, start: Array, course: Course, X: Array, P: Array, F: Array, iterations: Array) -> tuple[int, int]:
     """Follow the branch in one parameter, through folds.
 
     Parameters
     ----------
     start : ndarray, (N,)
-        Solution at `begin`.
-    begin, end, held, by_drive
-        The parameter at both ends, and the one that is held: the amplitude of the drive and the frequency, rad/s, if
-        `by_drive`, or else the other way round.
-    span
-        Unit in which the parameter counts for the arclength.
-    step
-        Greatest arclength of a step.
-    landing
-        Whether the last point is to lie at `end`, however the branch may turn before; else it ends where it leaves the
-        band between the two.
-    tolerance, corrections
-        Of each point.
+        Solution where the course begins.
     X, P, F, iterations : ndarray, (most, N), (most,), (most, locals, n), (most,)
         Filled with the points after the first; P is the parameter.
 
@@ -281,6 +295,7 @@ def follow(
     tuple
         How it ended, and how many points.
     """
+    begin, end, held, by_drive, span, step, landing, tolerance, corrections = course
     N, most = start.shape[0], P.shape[0]
     low, high = min(begin, end), max(begin, end)
     h, target = step / 10.0, end / span
@@ -306,7 +321,7 @@ def follow(
         for i in range(N + 1):
             trial[i], way[i] = z[i], tangent[i]
         x, force, kink = X[count], F[count], h < KINK * step
-        given = s, trial, way, size, span, h, kink, held, by_drive, unit, tolerance, corrections, force
+        given = s, trial, way, size, course, h, kink, unit, force
         corrected, contraction = call_kernel(s.at.advance, _advance, given)
         turned = 0.0
         for i in range(N + 1):

@@ -10,10 +10,11 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.bench.build import Built
 from twin.response import continuation
+from twin.response.continuation import Course
 from twin.response.kernel import drive_slope
 from twin.response.limits import LIMITS
 from twin.response.outcome import ENDED, FOUND, LONG, WORDS
@@ -21,19 +22,16 @@ from twin.response.solutions import Failure, PeriodicSolution, SolutionBranch, S
 from twin.response.stability import floquet_multipliers
 from twin.response.system import system_of, transfer
 
-Matrix = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
-MOST_ITERATIONS, MOST_CORRECTIONS = 30, 12
+MOST_ITERATIONS = 30
 
 
 class _State(NamedTuple):
     """Unknowns and local forces at a frequency (rad/s) and an amplitude of the drive."""
 
-    x: Matrix
+    x: Array
     w: float
     amplitude: float
-    F: Matrix
+    F: Array
     iterations: int
     jumped: bool = False
 
@@ -42,10 +40,10 @@ class _Way(NamedTuple):
     """Points along a branch: unknowns, parameter, forces and Newton steps; and how it ended."""
 
     outcome: int
-    X: Matrix
-    P: Matrix
-    F: Matrix
-    iterations: NDArray[np.int64]
+    X: Array
+    P: Array
+    F: Array
+    iterations: Array
 
 
 class HarmonicBalance:
@@ -145,7 +143,8 @@ class HarmonicBalance:
         first = self._from_rest(begin, amplitude, LIMITS.balance_tolerance)
         if isinstance(first, Failure):
             return SolutionBranch((), first)
-        way = self._follow(first.x, begin, end, amplitude, by_drive=False, span=abs(end - begin), step=step, most=most)
+        course = Course(begin, end, float(amplitude), False, abs(end - begin), float(step), landing=False)
+        way = self._follow(first.x, course, most)
         states = [first]
         for x, w, F, iterations in zip(way.X, way.P, way.F, way.iterations, strict=True):
             states.append(_State(x, float(w), amplitude, F, int(iterations)))
@@ -156,7 +155,7 @@ class HarmonicBalance:
             failure = Failure(last_Hz, reason, np.nan, len(states))
         return SolutionBranch(tuple(self._told(states)), failure)
 
-    def multipliers(self, solution: PeriodicSolution, *, rate_Hz: float = LIMITS.internal_rate_Hz) -> Complex:
+    def multipliers(self, solution: PeriodicSolution, *, rate_Hz: float = LIMITS.internal_rate_Hz) -> Array:
         """Floquet multipliers of a steady state on the bench, largest first.
 
         Parameters
@@ -179,14 +178,14 @@ class HarmonicBalance:
         """
         return bool(abs(self.multipliers(solution)[0]) < 1.0 + LIMITS.neutral_multiplier)
 
-    def _linear(self, w: float, amplitude: float) -> Matrix:
+    def _linear(self, w: float, amplitude: float) -> Array:
         """Unknowns without local forces."""
         slope = np.empty(self._locals * self._n)
         drive_slope(self._system, w, slope)
         return -amplitude * slope
 
     def _newton(
-        self, start: Matrix, w: float, amplitude: float, tolerance: float, contraction: float
+        self, start: Array, w: float, amplitude: float, tolerance: float, contraction: float
     ) -> _State | Failure:
         """The steady state in reach of a start."""
         x, F = start.copy(), np.empty((self._locals, self._n))
@@ -209,7 +208,9 @@ class HarmonicBalance:
     def _raised(self, state: _State, amplitude: float, tolerance: float) -> _State | Failure:
         """The state on the same branch at another amplitude of the drive."""
         span = max(amplitude, state.amplitude)
-        return self._along(state, amplitude, by_drive=True, span=span, tolerance=tolerance)
+        return self._along(
+            state, Course(state.amplitude, amplitude, state.w, True, span, LIMITS.branch_step, True, tolerance)
+        )
 
     def _onward(self, state: _State, w: float, amplitude: float, tolerance: float) -> _State | Failure:
         """The state at another frequency, and maybe another amplitude, on the branch of a neighbour."""
@@ -224,7 +225,7 @@ class HarmonicBalance:
         if w == state.w:
             return state
         span = max(abs(w - state.w), LIMITS.balance_narrow * w)
-        return self._along(state, w, by_drive=False, span=span, tolerance=tolerance)
+        return self._along(state, Course(state.w, w, state.amplitude, False, span, LIMITS.branch_step, True, tolerance))
 
     def _stepped(self, before: _State, w: float) -> _State | Failure:
         """What a sweep comes to at its next frequency: on its branch, or where rest leads to if that never comes by."""
@@ -234,35 +235,21 @@ class HarmonicBalance:
         landed = self._from_rest(w, before.amplitude, LIMITS.balance_tolerance)
         return reached if isinstance(landed, Failure) else landed._replace(jumped=True)
 
-    def _along(
-        self, state: _State, target: float, *, by_drive: bool, span: float, tolerance: float
-    ) -> _State | Failure:
-        """Follow the branch until it first comes by the target; `jumped` if it turned back before."""
-        begin, held = (state.amplitude, state.w) if by_drive else (state.w, state.amplitude)
-        way = self._follow(
-            state.x, begin, target, held, by_drive=by_drive, span=span,
-            step=LIMITS.branch_step, most=LIMITS.most_points,
-            landing=True, tolerance=tolerance,
-        )  # fmt: skip
+    def _along(self, state: _State, course: Course) -> _State | Failure:
+        """Follow the branch until it first comes by the end; `jumped` if it turned back before."""
+        way = self._follow(state.x, course, LIMITS.most_points)
+        w, amplitude = (course.held, course.end) if course.by_drive else (course.end, course.held)
         if way.outcome != FOUND:
-            w = state.w if by_drive else target
             return Failure(w / (2 * np.pi), f"on the way along the branch, {WORDS[way.outcome]}", np.nan, len(way.P))
-        ways = np.sign(np.diff(np.append(begin, way.P)))
-        w, amplitude = (held, target) if by_drive else (target, held)
+        ways = np.sign(np.diff(np.append(course.begin, way.P)))
         turned = bool(np.any(ways * ways[0] < 0))
         return _State(way.X[-1], w, amplitude, way.F[-1], int(way.iterations.sum()), jumped=turned)
 
-    def _follow(
-        self, start: Matrix, begin: float, end: float, held: float, *, by_drive: bool, span: float, step: float,
-        most: int, landing: bool = False, tolerance: float = LIMITS.balance_tolerance,
-    ) -> _Way:  # fmt: skip
-        """Points along a branch after its first; as :func:`twin.response.continuation.follow`."""
+    def _follow(self, start: Array, course: Course, most: int) -> _Way:
+        """Points along a branch after its first."""
         X, P, F = np.empty((most, len(start))), np.empty(most), np.empty((most, self._locals, self._n))
         iterations = np.empty(most, np.int64)
-        outcome, count = self._kernel.follow(
-            self._system, start, begin, end, held, by_drive, span, step, landing, tolerance, MOST_CORRECTIONS,
-            X, P, F, iterations,
-        )  # fmt: skip
+        outcome, count = self._kernel.follow(self._system, start, course, X, P, F, iterations)
         return _Way(outcome, X[:count], P[:count], F[:count], iterations[:count])
 
     @staticmethod

@@ -1,22 +1,20 @@
 """Harmonic balance compiled: the residual with its exact slopes by the unknowns, the frequency and the drive."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.joint.calling import call_kernel
 from twin.joint.kernel import COMPILED, INNER
 from twin.joint.kinds import FORCE_FACTOR, RUNNING_LOSS
 from twin.response.aft import alternate, alternate_pair, running
 from twin.response.system import System
 
-Matrix = NDArray[np.float64]
-
 ROUNDING = 1e3 * float(np.finfo(float).eps)
 """What rounding may leave of a residual, over the sum of the sizes of its terms."""
 
 
 @INNER
-def transfer(s: System, w: float, G: Matrix, dG: Matrix) -> None:
+def transfer(s: System, w: float, G: Array, dG: Array) -> None:
     """Real and imaginary parts of G(j k w) and of its derivative by w, (harmonics + 1, 2, outputs, inputs)."""
     poles = s.square.shape[0]
     inverse, by_s = np.empty((2, poles)), np.empty((2, poles))
@@ -45,14 +43,14 @@ def transfer(s: System, w: float, G: Matrix, dG: Matrix) -> None:
 
 
 @INNER
-def _add(into: Matrix, row: int, scale: float, what: Matrix) -> None:
+def _add(into: Array, row: int, scale: float, what: Array) -> None:
     """A multiple of a row."""
     for i in range(what.shape[0]):
         into[row, i] += scale * what[i]
 
 
 @INNER
-def _add_block(into: Matrix, a: int, b: int, scale: float, what: Matrix) -> None:
+def _add_block(into: Array, a: int, b: int, scale: float, what: Array) -> None:
     """A multiple of a matrix."""
     for i in range(what.shape[0]):
         for q in range(what.shape[1]):
@@ -60,7 +58,7 @@ def _add_block(into: Matrix, a: int, b: int, scale: float, what: Matrix) -> None
 
 
 @INNER
-def forces(s: System, x: Matrix, w: float, static: Matrix, F: Matrix, dF: Matrix, by_w: Matrix, met: Matrix) -> None:
+def forces(s: System, x: Array, w: float, static: Array, F: Array, dF: Array, by_w: Array, met: Array) -> None:
     """Coefficients of the local forces and their derivatives.
 
     Parameters
@@ -118,7 +116,7 @@ def forces(s: System, x: Matrix, w: float, static: Matrix, F: Matrix, dF: Matrix
 
 
 @COMPILED
-def residual(s: System, x: Matrix, w: float, amplitude: float, R: Matrix, J: Matrix, by_w: Matrix, F: Matrix) -> None:
+def residual(s: System, x: Array, w: float, amplitude: float, R: Array, J: Array, by_w: Array, F: Array) -> None:
     """Residual (N,), its Jacobian (N, N) and derivative by w (N,), and the forces (locals, n), for unknowns x, (N,)."""
     n = s.basis.shape[0]
     locals_ = x.shape[0] // n
@@ -168,7 +166,7 @@ def residual(s: System, x: Matrix, w: float, amplitude: float, R: Matrix, J: Mat
 
 
 @COMPILED
-def drive_slope(s: System, w: float, slope: Matrix) -> None:
+def drive_slope(s: System, w: float, slope: Array) -> None:
     """Derivative of the residual by the drive's amplitude, (N,): less the linear response to a unit drive."""
     n = s.basis.shape[0]
     G = np.empty((2, 2, s.D.shape[0], s.D.shape[1]))
@@ -179,7 +177,7 @@ def drive_slope(s: System, w: float, slope: Matrix) -> None:
 
 
 @INNER
-def rounding(s: System, x: Matrix, w: float, amplitude: float, F: Matrix, least: Matrix) -> None:
+def rounding(s: System, x: Array, w: float, amplitude: float, F: Array, least: Array) -> None:
     """What rounding may leave in each component of the residual, (N,), for unknowns x and the forces F they make."""
     n = s.basis.shape[0]
     locals_ = F.shape[0]

@@ -1,14 +1,12 @@
 """What harmonic balance finds, and what it says of what it does not find."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import overload
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Matrix = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from twin.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -30,9 +28,9 @@ class PeriodicSolution:
     """
 
     frequency_Hz: float
-    unknowns: Matrix
-    inputs: Complex
-    channels: Complex
+    unknowns: Array
+    inputs: Array
+    channels: Array
     iterations: int
     jumped: bool = False
 
@@ -69,24 +67,15 @@ class Failure:
         return f"{self.frequency_Hz:.5f} Hz: {self.reason} ({self.iterations} steps{left})"
 
 
-class _Series:
+class _Series(Sequence[PeriodicSolution]):
     """Reads like the sequence of its solutions."""
 
     solutions: tuple[PeriodicSolution, ...]
 
-    def __iter__(self) -> Iterator[PeriodicSolution]:
-        return iter(self.solutions)
-
     def __len__(self) -> int:
         return len(self.solutions)
 
-    @overload
-    def __getitem__(self, index: int) -> PeriodicSolution: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> tuple[PeriodicSolution, ...]: ...
-
-    def __getitem__(self, index: int | slice) -> PeriodicSolution | tuple[PeriodicSolution, ...]:
+    def __getitem__(self, index: Any) -> Any:
         return self.solutions[index]
 
 

@@ -4,12 +4,10 @@ from typing import Any
 
 import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.joint.elimination import eliminate_columns
 from twin.joint.kernel import COMPILED
-
-Matrix = NDArray[np.float64]
 
 BY_HAND = 64
 """Most unknowns that are eliminated by hand; a little above, LAPACK takes the same time."""
@@ -21,7 +19,7 @@ _gesv: Any = types.ExternalFunction(
 
 
 @COMPILED
-def solve(A: Matrix, right: Matrix) -> None:
+def solve(A: Array, right: Array) -> None:
     """Replace the right sides, (n, m), by the solutions; A, (n, n), is lost, and of a singular one none is finite."""
     n, m = right.shape
     if n <= BY_HAND:

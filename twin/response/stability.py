@@ -8,8 +8,8 @@ on the bench, whatever they are.  A perturbation grows, and a sweep leaves the b
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.bench.linear import Poles
 from twin.bench.marching import Elements, coefficients, integrate, packed
 from twin.joint.kernel import COMPILED, remember
@@ -17,14 +17,11 @@ from twin.joint.kinds import RUNNING_LOSS
 from twin.response.limits import LIMITS
 from twin.response.tangent_map import tangent_map
 
-Matrix = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
 
 def floquet_multipliers(
-    poles: Poles, elements: Elements, *, locals_: int, frequency_Hz: float, rate_Hz: float, outputs: Complex,
-    inputs: Complex,
-) -> Complex:  # fmt: skip
+    poles: Poles, elements: Elements, *, locals_: int, frequency_Hz: float, rate_Hz: float, outputs: Array,
+    inputs: Array,
+) -> Array:  # fmt: skip
     """Multipliers of a periodic state, largest first.
 
     Parameters
@@ -71,7 +68,7 @@ def floquet_multipliers(
     return np.asarray(multipliers[np.argsort(-np.abs(multipliers))])
 
 
-def _pole_states(poles: Poles, inputs: Complex, omega: float) -> Complex:
+def _pole_states(poles: Poles, inputs: Array, omega: float) -> Array:
     """The poles' states at the phase zero of periodic inputs."""
     y = 1j * omega * np.arange(inputs.shape[1])
     forward, backward = poles.B @ inputs, poles.B @ inputs.conj()
@@ -80,7 +77,7 @@ def _pole_states(poles: Poles, inputs: Complex, omega: float) -> Complex:
 
 
 @COMPILED
-def _settle(step_s: float, periods: int, path: Matrix, elements: Elements, largest: Matrix) -> None:
+def _settle(step_s: float, periods: int, path: Array, elements: Elements, largest: Array) -> None:
     """Lead the memories along the periodic path until they are periodic too; each one's `largest` size then is told."""
     kind, coordinate, auxiliary, _, parameters, memory = elements
     for period in range(periods):

@@ -10,13 +10,11 @@ r = Re(C B), t = -Re(C B conj(lambda)), which needs real numbers only.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.bench.build import Built
 from twin.bench.linear import Poles
 from twin.response.aft import fourier_basis
-
-Matrix = NDArray[np.float64]
 
 
 class Addresses(NamedTuple):
@@ -51,17 +49,17 @@ class System(NamedTuple):
         Where the kernels are that others call: :func:`twin.response.continuation.with_kernels`.
     """
 
-    twice_real: Matrix
-    square: Matrix
-    r: Matrix
-    t: Matrix
-    D: Matrix
-    kind: NDArray[np.int64]
-    coordinate: NDArray[np.int64]
-    auxiliary: NDArray[np.int64]
-    scale: Matrix
-    parameters: Matrix
-    basis: Matrix
+    twice_real: Array
+    square: Array
+    r: Array
+    t: Array
+    D: Array
+    kind: Array
+    coordinate: Array
+    auxiliary: Array
+    scale: Array
+    parameters: Array
+    basis: Array
     at: Addresses = Addresses()
 
 
@@ -78,7 +76,7 @@ def system_of(built: Built, poles: Poles, *, harmonics: int, samples: int) -> Sy
     )  # fmt: skip
 
 
-def transfer(poles: Poles, rows: slice, w: Matrix, harmonics: int) -> NDArray[np.complex128]:
+def transfer(poles: Poles, rows: slice, w: Array, harmonics: int) -> Array:
     """G of some outputs at the harmonics of frequencies w (rad/s), (len(w), H + 1, outputs, inputs)."""
     s = 1j * np.arange(harmonics + 1) * np.asarray(w)[:, None]
     residue = (poles.C[rows, None, :] * poles.B.T[None]).reshape(-1, len(poles.pole))

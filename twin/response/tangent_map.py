@@ -10,20 +10,16 @@ of one law at one step: they cost as little as the law does, whatever it is.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.bench.marching import Elements, Step, couple
 from twin.joint.elimination import eliminate_columns
 from twin.joint.kernel import COMPILED, INNER, evaluate, remember
 from twin.joint.kinds import FORCE_FACTOR
 
-Matrix = NDArray[np.float64]
-
 
 @COMPILED
-def tangent_map(
-    step: Step, elements: Elements, path: Matrix, size: Matrix, beside: Matrix, moves: NDArray[np.int64]
-) -> Matrix:
+def tangent_map(step: Step, elements: Elements, path: Array, size: Array, beside: Array, moves: Array) -> Array:
     """Derivatives of the states after a period by those before it, (moves, moves).
 
     Parameters
@@ -110,7 +106,7 @@ def tangent_map(
 
 
 @INNER
-def _add(into: Matrix, to: int, factor: float, what: Matrix, row: int) -> None:
+def _add(into: Array, to: int, factor: float, what: Array, row: int) -> None:
     """Add a multiple of one row to another."""
     if factor != 0.0:
         for c in range(into.shape[1]):
@@ -119,8 +115,8 @@ def _add(into: Matrix, to: int, factor: float, what: Matrix, row: int) -> None:
 
 @INNER
 def _slopes(
-    step_s: float, elements: Elements, e: int, path: Matrix, t: int, size: Matrix, beside: Matrix, by_memory: Matrix,
-    slopes: Matrix, before: Matrix, after: Matrix,
+    step_s: float, elements: Elements, e: int, path: Array, t: int, size: Array, beside: Array, by_memory: Array,
+    slopes: Array, before: Array, after: Array,
 ) -> float:  # fmt: skip
     """Slope of a law's force, after which its memory has moved on.
 
@@ -158,6 +154,6 @@ def _slopes(
 
 
 @INNER
-def _copy_row(memory: Matrix, e: int, into: Matrix) -> None:
+def _copy_row(memory: Array, e: int, into: Array) -> None:
     for i in range(memory.shape[1]):
         into[i] = memory[e, i]

@@ -1,14 +1,12 @@
 """What a rig file leaves out, and what stands for it: every report begins with it."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from twin.rigs.beam import BeamRig
 from twin.rigs.beam_part import BeamSection
-from twin.rigs.kinds import AnyRig
 from twin.rigs.rig import Rig
+from twin.rigs.store import AnyRig
 from twin.rigs.tables import Acquisition, Drift, LawOfRig
-
-__all__ = ["assumed"]
 
 LIMITS = {"voltage_limit": "voltage", "current_limit": "current", "force_limit": "force", "stroke_limit": "stroke"}
 
@@ -45,12 +43,12 @@ def _model(rig: Rig) -> Iterator[str]:
         ("mounted rigidly", [s.channel for s in rig.response_sensors if s.mounting_frequency is None]),
     ):
         if channels:
-            yield f"{_listed(channels)}: {told}"
+            yield f"{', '.join(channels)}: {told}"
 
 
 def _instruments(rig: Rig) -> Iterator[str]:
     if silent := [s.channel for s in rig.sensors if s.noise_density == 0]:
-        yield f"{_listed(silent)}: no noise"
+        yield f"{', '.join(silent)}: no noise"
     if rig.acquisition == Acquisition():
         yield f"converter: {rig.acquisition.bits} bits, an exact clock, an anti-aliasing filter"
     if rig.drift == Drift():
@@ -60,7 +58,7 @@ def _instruments(rig: Rig) -> Iterator[str]:
 def _laws(rig: Rig) -> Iterator[str]:
     linear = [joint.name for joint in rig.joints if joint.law is None]
     if linear:
-        yield f"{_listed(linear)}: no law, so linear"
+        yield f"{', '.join(linear)}: no law, so linear"
     for joint in rig.joints:
         if isinstance(joint.law, LawOfRig):
             yield f"{joint.name}: the law calibrated on {joint.law.of}, scaled to its own E'"
@@ -73,7 +71,7 @@ def _drive(rig: Rig) -> Iterator[str]:
         return
     free = [name for field, name in LIMITS.items() if getattr(shaker, field) is None]
     if free:
-        yield f"shaker: no limit of its {_listed(free)}"
+        yield f"shaker: no limit of its {', '.join(free)}"
     if shaker.half_force_stroke is None:
         yield "shaker: the same force per ampere at any stroke"
 
@@ -81,8 +79,4 @@ def _drive(rig: Rig) -> Iterator[str]:
 def _without_shear(beams: dict[str, BeamSection]) -> Iterator[str]:
     stiff = [name for name, beam in beams.items() if beam.shear_ratio == 0]
     if stiff:
-        yield f"{_listed(stiff)}: no shear, bent as Euler and Bernoulli have it"
-
-
-def _listed(names: Iterable[str]) -> str:
-    return ", ".join(names)
+        yield f"{', '.join(stiff)}: no shear, bent as Euler and Bernoulli have it"

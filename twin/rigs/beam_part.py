@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Literal, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from recordings.directions import Towards, Vector, cosine, unit_vector
 from recordings.numbers import Density, Finite, Length, Modulus, NonNegative, Positive
 from recordings.toml_input import Name, Table
+from twin.arrays import Array
 from twin.rigs.limits import LIMITS
 
-Along = TypeVar("Along", float, NDArray[Any])
+Along = TypeVar("Along", float, Array)
 """One number of metres, or several."""
 Point = Annotated[list[Finite], Field(min_length=2, max_length=3)]
 
@@ -110,7 +110,7 @@ class BeamPart(BeamSection):
         return self.youngs_modulus / (2 * (1 + self.poisson_ratio)) * constant
 
     @property
-    def origin(self) -> NDArray[np.float64]:
+    def origin(self) -> Array:
         """The start in space, (3,), m."""
         return np.array([*self.start, 0.0][:3])
 

@@ -90,11 +90,6 @@ class LapJointRig(Rig):
         for place, position in places:
             if position > self.length + 1e-9:
                 raise ValueError(f"{place} {position} lies beyond the structure's end at {self.length:.4g} m")
-        names = [s.channel for s in self.sensor]
-        if len(set(names)) != len(names):
-            raise ValueError(f"sensor channels must be unique, got {names}")
-        if not any(s.quantity == "force" for s in self.sensor):
-            raise ValueError("one sensor must measure force")
         return self
 
     @property
@@ -132,11 +127,6 @@ class LapJointRig(Rig):
     def bench_layout(self) -> Layout:
         """The same with more elements."""
         return self.layout(beam_elements=BENCH_BEAM_ELEMENTS, layer_elements=BENCH_LAYER_ELEMENTS)
-
-    @property
-    def sensors(self) -> list[Sensor]:
-        """All transducers in the file's order."""
-        return self.sensor
 
     @property
     def shaker(self) -> Drive:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field, model_validator
 
@@ -20,6 +20,8 @@ from twin.rigs.limits import LIMITS
 from twin.rigs.tables import AnyLaw, Preload, check_law
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
+DOFS: tuple[str, ...] = get_args(Dof)
+"""Displacements along, and rotations about, the axes."""
 At = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
 """Metres along a beam part, or a node number of a part given by matrices."""
 

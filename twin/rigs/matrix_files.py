@@ -4,18 +4,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from recordings.columns import Columns
 from recordings.errors import InputError
-from twin.rigs.layout import Layout, MatricesPart
+from twin.arrays import Array
+from twin.rigs.layout import DOFS, Layout, MatricesPart
 from twin.rigs.limits import LIMITS
 from twin.rigs.matrices import FoundMatrix, read_matrix
-from twin.rigs.node_tables import DOFS, read_node_table
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from twin.rigs.matrices.found import scaled
+from twin.rigs.node_tables import read_node_table
 
 PAIR_LIMIT = 10_000
 
@@ -27,16 +25,12 @@ class PartMatrices:
     M: csr_array
     K: csr_array
     """Symmetric mass and stiffness, (n, n); kg and N/m, for rotations kg m2 and N m/rad."""
-    nodes: Integers
+    nodes: Array
     """Numbers of the nodes, rising, (k,)."""
     coordinates: Array
     """Where they are, m, (k, 3)."""
     rows: dict[tuple[int, str], int]
     """Row of the matrices of (node, dof), dof one of `DOFS`; rows of no node are internal."""
-
-    def row(self, node: int, dof: str) -> int | None:
-        """Row of a node's degree of freedom; None where it has none."""
-        return self.rows.get((node, dof))
 
     def coordinates_of(self, node: int) -> Array:
         """Where a node is, (3,), m; KeyError if there is no such node."""
@@ -50,8 +44,8 @@ class PartMatrices:
 class NodePairs:
     """Pairs of nodes that a joint or a tie connects."""
 
-    a: Integers
-    b: Integers
+    a: Array
+    b: Array
     """Node numbers on the first and on the second part, (m,)."""
     area_m2: Array
     """What a pair stands for, (m,)."""
@@ -115,25 +109,16 @@ def read_matrix_pair(mass: Path, stiffness: Path) -> tuple[FoundMatrix, FoundMat
     at_rest = np.ones(M.matrix.shape[0])
     at_rest[held] = 0.0
     if len(held):
-        M, K = (replace(one, matrix=_scaled(one.matrix, at_rest)) for one in (M, K))
+        M, K = (replace(one, matrix=scaled(one.matrix, at_rest)) for one in (M, K))
     return replace(M, labels=labels, held=held), replace(K, labels=labels, held=held)
 
 
-def labelled_rows(matrix: FoundMatrix, nodes: Integers) -> dict[tuple[int, str], int]:
+def labelled_rows(matrix: FoundMatrix, nodes: Array) -> dict[tuple[int, str], int]:
     """Rows by (node, dof) of the nodes of a table, from the labels of a matrix that has them."""
     assert matrix.labels is not None
     node, component = np.divmod(matrix.labels, LIMITS.found_components)
     placed = np.flatnonzero(np.isin(node, nodes) & (component >= 1) & (component <= len(DOFS)))
     return {(int(node[row]), DOFS[component[row] - 1]): int(row) for row in placed}
-
-
-def _scaled(matrix: csr_array, factor: Array) -> csr_array:
-    """The matrix between coordinates that are so many times the former ones; its zeros removed."""
-    entries = matrix.tocoo()
-    entries.data = entries.data * factor[entries.row] * factor[entries.col]
-    whole = entries.tocsr()
-    whole.eliminate_zeros()
-    return csr_array(whole)
 
 
 def read_pairs(path: Path) -> NodePairs:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Literal
 
 from pydantic import Field, model_validator
 
 from recordings.numbers import Finite, NonNegative, Positive
 from recordings.toml_input import Name, Table
+from twin.rigs.tables import check_knots
 
 
 class LevelFit(Table):
@@ -48,12 +48,8 @@ class ModalLaw(Table):
 
     @model_validator(mode="after")
     def _knots(self) -> ModalLaw:
-        a = self.amplitude_m_per_s2
-        if any(later <= earlier for earlier, later in itertools.pairwise(a)):
-            raise ValueError("amplitude_m_per_s2 must increase")
-        for name in ("frequency_Hz", "damping_ratio", "frequency_std_Hz", "damping_relative_std"):
-            if len(getattr(self, name)) != len(a):
-                raise ValueError(f"{name} must have as many entries as amplitude_m_per_s2")
+        over = ("frequency_Hz", "damping_ratio", "frequency_std_Hz", "damping_relative_std")
+        check_knots(self, "amplitude_m_per_s2", *over)
         return self
 
 

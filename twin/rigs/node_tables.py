@@ -9,22 +9,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.columns import Columns
 from recordings.errors import InputError
 from recordings.reader import open_input
+from twin.arrays import Array
+from twin.rigs.layout import DOFS
 from twin.rigs.matrices.bulk import entries
 from twin.rigs.matrices.found import NODE_LIMIT, ORDER_LIMIT
 from twin.rigs.matrices.numbers import fortran_number
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Place = tuple[int, float, float, float]
 """Number of a node and its coordinates."""
 
-DOFS = ("x", "y", "z", "rx", "ry", "rz")
-"""Displacements along, and rotations about, the axes."""
 SIZE_LIMIT_BYTES = 256 << 20
 """Of a model's file with nodes in it."""
 AXES = (("x_m", "y_m", "z_m"), ("x", "y", "z"))
@@ -35,7 +32,7 @@ AXES = (("x_m", "y_m", "z_m"), ("x", "y", "z"))
 class NodeTable:
     """Nodes, and rows of the matrices where the table gives them."""
 
-    nodes: Integers
+    nodes: Array
     """Rising, (k,)."""
     coordinates: Array
     """(k, 3)."""

@@ -1,10 +1,11 @@
 """A rig as data, whatever its structure: what every program of the twin asks of a rig file.  SI units throughout."""
 
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Sequence
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from recordings.errors import InputError
 from recordings.toml_input import Name, Table
@@ -29,6 +30,8 @@ class Rig(Table, ABC):
     :class:`twin.rigs.structure_rig.StructureRig`.
     """
 
+    if TYPE_CHECKING:
+        sensor: Sequence[Transducer]
     name: Name
     damping: Damping
     acquisition: Acquisition = Acquisition()
@@ -36,6 +39,13 @@ class Rig(Table, ABC):
     natural_frequencies: NaturalFrequencies = NaturalFrequencies()
     measured: dict[str, Measured] = Field(default={})
     effect: list[Effect] = Field(default=[])
+
+    @model_validator(mode="after")
+    def _measured(self) -> Self:
+        unique("sensor channels", [sensor.channel for sensor in self.sensor])
+        if not any(sensor.quantity == "force" for sensor in self.sensor):
+            raise ValueError("one sensor must measure force")
+        return self
 
     @abstractmethod
     def layout(self, *, beam_elements: int | None = None, layer_elements: int | None = None) -> Layout:
@@ -46,9 +56,9 @@ class Rig(Table, ABC):
         """The same on the bench's own mesh, which no inference shares."""
 
     @property
-    @abstractmethod
     def sensors(self) -> Sequence[Transducer]:
         """All transducers in the file's order."""
+        return self.sensor
 
     @property
     @abstractmethod
@@ -161,3 +171,10 @@ class Rig(Table, ABC):
         joints = ", ".join(f"{joint.name} between {' and '.join(joint.between)}" for joint in layout.joints)
         held = ", ".join(f"{s.part} held at {s.at:g}" for s in layout.supports) or "hung free"
         return f"{parts}; {f'joined by {joints}' if joints else 'no joint'}; {held}"
+
+
+def unique(what: str, names: Sequence[str]) -> None:
+    """Raise ValueError where a name comes twice."""
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise ValueError(f"{what} must be unique, got {', '.join(twice)} more than once")

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import Field, PrivateAttr, field_validator, model_validator
@@ -33,8 +32,10 @@ from twin.rigs.layout import (
     Tie,
 )
 from twin.rigs.limits import LIMITS
-from twin.rigs.rig import Rig
+from twin.rigs.rig import Rig, unique
 from twin.rigs.tables import Shaker, Transducer
+
+Meshed = TypeVar("Meshed", BeamPart, ThinLayer)
 
 
 class _Placed(Table):
@@ -84,7 +85,6 @@ class StructureRig(Rig):
     def _consistent(self) -> StructureRig:
         unique("part names", [part.name for part in self.part])
         unique("joint names", [joint.name for joint in self.joint])
-        unique("sensor channels", [sensor.channel for sensor in self.sensor])
         if len(self.drive) > 1:
             unique("drive names", [drive.name for drive in self.drive])
         if len({part.in_space for part in self.part if isinstance(part, BeamPart)}) > 1:
@@ -199,11 +199,8 @@ class StructureRig(Rig):
             raise ValueError(f"{where}: pairs are of parts given by matrices; tie beams by at")
 
     def _check_force_cell(self) -> None:
-        forces = [sensor for sensor in self.sensor if sensor.quantity == "force"]
-        if not forces:
-            raise ValueError("one sensor must measure force")
-        for sensor in forces:
-            if not any((d.part, d.at) == (sensor.part, sensor.at) for d in self.drive):
+        for sensor in self.sensor:
+            if sensor.quantity == "force" and (sensor.part, sensor.at) not in [(d.part, d.at) for d in self.drive]:
                 raise ValueError(f"sensor {sensor.channel!r}: a force cell sits where a shaker drives")
 
     def __eq__(self, other: object) -> bool:
@@ -233,38 +230,21 @@ class StructureRig(Rig):
 
     def layout(self, *, beam_elements: int | None = None, layer_elements: int | None = None) -> Layout:
         """Parts, supports, joints and ties; elements as the file says, or others of each beam and of each layer."""
-        parts: list[Part] = list(self.part)
-        if beam_elements:
-            parts = [
-                part.model_copy(update={"elements": beam_elements}) if isinstance(part, BeamPart) else part
-                for part in parts
-            ]
-        joints = self.joint
-        if layer_elements:
-            joints = [joint.model_copy(update={"layer_elements": layer_elements}) for joint in joints]
-        return self._layout(parts, joints)
+        return self._layout(lambda own: beam_elements or own, lambda own: layer_elements or own)
 
     def bench_layout(self) -> Layout:
         """The same with more elements of everything."""
-        parts = [
-            part.model_copy(update={"elements": math.ceil(LIMITS.bench_finer * part.elements)})
-            if isinstance(part, BeamPart) else part
-            for part in self.part
-        ]  # fmt: skip
-        joints = [joint.model_copy(update={"layer_elements": 2 * joint.layer_elements}) for joint in self.joint]
-        return self._layout(parts, joints)
+        return self._layout(lambda own: math.ceil(LIMITS.bench_finer * own), lambda own: 2 * own)
 
-    def _layout(self, parts: Sequence[Part], joints: Sequence[ThinLayer]) -> Layout:
+    def _layout(self, of_beam: Callable[[int], int], of_layer: Callable[[int], int]) -> Layout:
+        """With numbers of elements that follow from the file's own."""
+        parts = [_with(part, "elements", of_beam) if isinstance(part, BeamPart) else part for part in self.part]
+        joints = [_with(joint, "layer_elements", of_layer) for joint in self.joint]
         stretches = tuple(Stretch(p.name, 0.0, p.length) for p in parts if isinstance(p, BeamPart))
         return Layout(
             tuple(parts), tuple(self.support), tuple(joints), tuple(self.tie), stretches,
             masses=tuple(self.mass), springs=tuple(self.spring), dampers=tuple(self.damper), folder=self._folder,
         )  # fmt: skip
-
-    @property
-    def sensors(self) -> list[PlacedSensor]:
-        """All transducers in the file's order."""
-        return self.sensor
 
     @property
     def shaker(self) -> PlacedDrive:
@@ -336,8 +316,7 @@ class StructureRig(Rig):
         return self.model_copy(update={"sensor": sensors, "drive": [PlacedDrive(name=self.shaker.name, **there)]})
 
 
-def unique(what: str, names: Sequence[str]) -> None:
-    """Raise ValueError where a name comes twice."""
-    twice = [name for name, count in Counter(names).items() if count > 1]
-    if twice:
-        raise ValueError(f"{what} must be unique, got {', '.join(twice)} more than once")
+def _with(table: Meshed, field: str, changed: Callable[[int], int]) -> Meshed:
+    """A table with another number of elements; itself where it is the same."""
+    own = getattr(table, field)
+    return table if changed(own) == own else table.model_copy(update={field: changed(own)})

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from recordings.directions import AXES
-from recordings.errors import InputError
 from recordings.numbers import Positive
-from recordings.toml_input import Name, Table, read_toml, shipped_or_file
+from recordings.toml_input import Name, Table
 from twin.rigs.layout import At, Dof
-from twin.rigs.store import FILES, KindOfRig
-from twin.rigs.structure_rig import StructureRig, unique
-
-__all__ = ["Connection", "MeasuredPart", "SubstructuresRig", "load_substructures"]
+from twin.rigs.rig import unique
+from twin.rigs.structure_rig import StructureRig
 
 
 class MeasuredPart(Table):
@@ -98,12 +94,3 @@ class SubstructuresRig(StructureRig):
             if one.name not in joined:
                 raise ValueError(f"measured_part {one.name!r}: no connection joins it")
         return self
-
-
-def load_substructures(path: str | Path) -> SubstructuresRig:
-    """A rig file of substructures; InputError if there is no such file, or it does not describe one."""
-    file = shipped_or_file(path, FILES, "rig")
-    if read_toml(file, KindOfRig).kind != "substructures":
-        remedy = 'one with kind = "substructures" has a [[measured_part]] and a [[connection]]'
-        raise InputError(path, "kind", "is a rig without parts known by their responses", remedy)
-    return read_toml(file, SubstructuresRig).in_folder(file.parent)

@@ -25,6 +25,17 @@ class Preload(Table):
     shear_modulus: Modulus
 
 
+def check_knots(table: Table, knots: str, *values: str) -> None:
+    """See that knots rise, and that each of the fields over them has as many entries, or may be left out and is."""
+    x = getattr(table, knots)
+    if any(after <= before for before, after in pairwise(x)):
+        raise ValueError(f"{knots} must increase")
+    for name in values:
+        given = getattr(table, name)
+        if len(given) != len(x) and (given or type(table).model_fields[name].is_required()):
+            raise ValueError(f"{name} must have as many entries as {knots}")
+
+
 class LawTable(Table):
     """Amplitude-dependent part of the layer's moduli: E' = E'0 - g1(X), G' = G'0 + j g2(X).
 
@@ -48,11 +59,7 @@ class LawTable(Table):
 
     @model_validator(mode="after")
     def _equal_lengths(self) -> LawTable:
-        if any(b <= a for a, b in zip(self.amplitude_m, self.amplitude_m[1:], strict=False)):
-            raise ValueError("amplitude_m must increase")
-        for name in ("softening", "loss"):
-            if len(getattr(self, name)) != len(self.amplitude_m):
-                raise ValueError(f"{name} must have as many entries as amplitude_m")
+        check_knots(self, "amplitude_m", "softening", "loss", "softening_std", "loss_std")
         return self
 
     @property
@@ -85,14 +92,8 @@ class LayerLawTable(Table):
 
     @model_validator(mode="after")
     def _equal_lengths(self) -> LayerLawTable:
-        for knots, values in (("opening_m", "softening"), ("slip_m", "loss")):
-            x = getattr(self, knots)
-            if any(b <= a for a, b in pairwise(x)):
-                raise ValueError(f"{knots} must increase")
-            if len(getattr(self, values)) != len(x):
-                raise ValueError(f"{values} must have as many entries as {knots}")
-            if getattr(self, f"{values}_std") and len(getattr(self, f"{values}_std")) != len(x):
-                raise ValueError(f"{values}_std must have as many entries as {knots}")
+        check_knots(self, "opening_m", "softening", "softening_std")
+        check_knots(self, "slip_m", "loss", "loss_std")
         return self
 
     @property
@@ -278,17 +279,12 @@ class Shaker(Table):
             raise ValueError(
                 f"a shaker needs {', '.join(missing)} too; without any of a shaker's fields there is an ideal force"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _amplifier(self) -> Shaker:
         if self.amplifier == "voltage" and "output_resistance" in self.model_fields_set:
             raise ValueError("output_resistance belongs to an amplifier that holds the current: amplifier = 'current'")
         if self.stroke_limit and self.stop_stiffness > self.armature_mass * (2 * math.pi * LIMITS.hardest_stop_Hz) ** 2:
             raise ValueError(
                 f"stop_stiffness {self.stop_stiffness:g} lets the armature bounce faster than "
-                f"{LIMITS.hardest_stop_Hz:g} Hz, "
-                "which the bench's steps do not resolve"
+                f"{LIMITS.hardest_stop_Hz:g} Hz, which the bench's steps do not resolve"
             )
         if self.amplifier == "current" and self.output_resistance < self.coil_resistance:
             raise ValueError(

@@ -7,21 +7,3 @@ from twin.structure.modes import Modes, normal_modes, rigid_motions
 from twin.structure.named_rows import named_rows
 from twin.structure.node_field import NodeField
 from twin.structure.structure import JointOperators, Structure
-
-__all__ = [
-    "DrawnPart",
-    "JointOperators",
-    "Modes",
-    "NodeField",
-    "Structure",
-    "assemble",
-    "drawn_parts",
-    "drawn_places",
-    "layer_lines",
-    "layer_points",
-    "named_rows",
-    "normal_modes",
-    "point_of",
-    "points_of_joints",
-    "rigid_motions",
-]

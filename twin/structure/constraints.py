@@ -1,15 +1,13 @@
 """Coordinates of a structure that is held and tied: what is left of all displacements once constraints hold."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from twin.arrays import Array
 from twin.structure.limits import LIMITS
 
-Array = NDArray[np.float64]
 
-
-def free_coordinates(constraints: Array) -> tuple[csr_array, NDArray[np.int64]]:
+def free_coordinates(constraints: Array) -> tuple[csr_array, Array]:
     """Basis (n, f) of all displacements that satisfy ``constraints @ x = 0``, (c, n), and which of them are free (f,).
 
     Each constraint makes one displacement depend on the others; those that are free keep their values.  A constraint

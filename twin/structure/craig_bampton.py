@@ -14,19 +14,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
 from recordings.errors import InputError
 from recordings.whole import whole_file
+from twin.arrays import Array
 from twin.rigs.matrix_files import PartMatrices
 from twin.structure.limits import LIMITS
 
-Matrix = NDArray[np.float64]
-Rows = NDArray[np.int64]
-Solve = Callable[[Matrix], Matrix]
+Solve = Callable[[Array], Array]
 
 KEPT_TO = 2.25
 """Modes with the boundary held are kept to this multiple of the highest frequency of interest."""
@@ -40,16 +38,16 @@ CACHE_FOLDER, CACHE_FORMAT = ".twin-cache", 2
 class ReducedPart:
     """A part in r coordinates q, x = T q: the b displacements of its boundary, then modes, then residual vectors."""
 
-    M: Matrix
-    K: Matrix
+    M: Array
+    K: Array
     """T' M T and T' K T, (r, r)."""
-    T: Matrix
+    T: Array
     """All rows of the part, in the order of its matrices, (n, r)."""
     error: float
     """Largest relative error of its natural frequencies up to the highest of interest, hung free of its boundary."""
 
 
-def craig_bampton(M: csr_array, K: csr_array, boundary: Sequence[int] | Rows, *, modes_to_Hz: float) -> ReducedPart:
+def craig_bampton(M: csr_array, K: csr_array, boundary: Sequence[int] | Array, *, modes_to_Hz: float) -> ReducedPart:
     """Reduce a part, held or floating, to its boundary and its fixed-interface modes.
 
     ValueError if a row is not one of the matrices', the frequency is not above zero, the stiffness is singular beyond
@@ -78,7 +76,7 @@ def craig_bampton(M: csr_array, K: csr_array, boundary: Sequence[int] | Rows, *,
 
 
 def cached_craig_bampton(
-    part: PartMatrices, boundary: Sequence[int] | Rows, *, modes_to_Hz: float, folder: Path | None
+    part: PartMatrices, boundary: Sequence[int] | Array, *, modes_to_Hz: float, folder: Path | None
 ) -> ReducedPart:
     """As :func:`craig_bampton`, kept in the folder ``.twin-cache`` of `folder` for the next time; None keeps nothing.
 
@@ -96,14 +94,14 @@ def cached_craig_bampton(
     return reduced
 
 
-def _rows(boundary: Sequence[int] | Rows, n: int) -> Rows:
+def _rows(boundary: Sequence[int] | Array, n: int) -> Array:
     rows = np.array(boundary, dtype=np.int64).reshape(-1)
     if np.any((rows < 0) | (rows >= n)) or len(np.unique(rows)) < len(rows):
         raise ValueError(f"the boundary's rows must lie in 0 ... {n - 1}, each once")
     return rows
 
 
-def _reduced(M: csr_array, K: csr_array, T: Matrix) -> ReducedPart:
+def _reduced(M: csr_array, K: csr_array, T: Array) -> ReducedPart:
     few_M, few_K = (T.T @ (A @ T) for A in (M, K))
     return ReducedPart((few_M + few_M.T) / 2, (few_K + few_K.T) / 2, T, np.nan)
 
@@ -129,7 +127,7 @@ def _error(M: csr_array, K: csr_array, reduced: ReducedPart, modes_to_Hz: float)
     return float(np.max(np.abs(np.sqrt(found / exact) - 1), initial=0.0))
 
 
-def _basis(M: csr_array, K: csr_array, boundary: Rows, modes_to_Hz: float, kept_to: float) -> Matrix:
+def _basis(M: csr_array, K: csr_array, boundary: Array, modes_to_Hz: float, kept_to: float) -> Array:
     """T of :class:`ReducedPart`; rows inside that have neither mass nor stiffness stay at rest."""
     if not 0 < modes_to_Hz < np.inf:
         raise ValueError(f"modes up to {modes_to_Hz:g} Hz: must be above zero")
@@ -164,7 +162,7 @@ def _factorised(A: csc_array) -> Solve:
     return lu.solve
 
 
-def _static_shapes(K: csc_array, K_boundary: csc_array, solve: Solve) -> Matrix:
+def _static_shapes(K: csc_array, K_boundary: csc_array, solve: Solve) -> Array:
     """Motion inside by unit motions of the boundary, (n, b); `solve` is by the shifted stiffness, hence two steps."""
     shapes = np.empty(K_boundary.shape)
     for first in range(0, shapes.shape[1], BLOCK):
@@ -174,7 +172,7 @@ def _static_shapes(K: csc_array, K_boundary: csc_array, solve: Solve) -> Matrix:
     return shapes
 
 
-def _residual_vectors(M: csc_array, K: csc_array, Phi: Matrix, inertia: Matrix, solve: Solve, limit: float) -> Matrix:
+def _residual_vectors(M: csc_array, K: csc_array, Phi: Array, inertia: Array, solve: Solve, limit: float) -> Array:
     """What the modes Phi, up to `limit`, leave out of the static answer to loads `inertia`: its Ritz vectors."""
     if not inertia.shape[1]:
         return inertia
@@ -193,7 +191,7 @@ def _residual_vectors(M: csc_array, K: csc_array, Phi: Matrix, inertia: Matrix, 
     return np.asarray(Z @ vectors[:, values <= LIMITS.residual_to**2 * limit])
 
 
-def _modes_below(limit: float, M: csc_array, K: csc_array, *, shift: float, solve: Solve) -> Matrix:
+def _modes_below(limit: float, M: csc_array, K: csc_array, *, shift: float, solve: Solve) -> Array:
     """All mass-normalised modes with eigenvalues up to `limit`, (n, m), rising; of each the largest entry is positive.
 
     Rounds of iterations, each among what the former ones left, end when the lowest of a round lies above the limit:
@@ -224,13 +222,13 @@ def _modes_below(limit: float, M: csc_array, K: csc_array, *, shift: float, solv
 
 
 def _next_modes(
-    M: csc_array, K: csc_array, values: Matrix, Phi: Matrix, count: int, *, shift: float, solve: Solve
-) -> tuple[Matrix, Matrix]:
+    M: csc_array, K: csc_array, values: Array, Phi: Array, count: int, *, shift: float, solve: Solve
+) -> tuple[Array, Array]:
     """The lowest `count` eigenvalues and modes among those that are not in `Phi`."""
     n = M.shape[0]
     gain = 1 / (values + shift)
 
-    def others(load: Matrix) -> Matrix:
+    def others(load: Array) -> Array:
         load = np.asarray(load).ravel()
         return solve(load) - Phi @ (gain * (Phi.T @ load))
 
@@ -243,7 +241,7 @@ def _next_modes(
     return new, more
 
 
-def _all_modes(M: csc_array, massive: Rows, shift: float, solve: Solve) -> tuple[Matrix, Matrix]:
+def _all_modes(M: csc_array, massive: Array, shift: float, solve: Solve) -> tuple[Array, Array]:
     """All eigenvalues and modes, by the flexibility between the rows that have mass."""
     if not len(massive):
         return np.zeros(0), np.zeros((M.shape[0], 0))
@@ -258,7 +256,7 @@ def _all_modes(M: csc_array, massive: Rows, shift: float, solve: Solve) -> tuple
     return 1 / gain - shift, motion @ (z[:, felt] / gain)
 
 
-def _digest(part: PartMatrices, boundary: Rows, modes_to_Hz: float) -> str:
+def _digest(part: PartMatrices, boundary: Array, modes_to_Hz: float) -> str:
     """Name of all that the basis depends on."""
     digest = hashlib.blake2b(digest_size=20)
     digest.update(
@@ -271,7 +269,7 @@ def _digest(part: PartMatrices, boundary: Rows, modes_to_Hz: float) -> str:
     return digest.hexdigest()
 
 
-def _stored(path: Path, n: int, boundary: Rows) -> tuple[Matrix, float] | None:
+def _stored(path: Path, n: int, boundary: Array) -> tuple[Array, float] | None:
     """The basis in a cache file and its error, or None if there is none or it cannot be one."""
     try:
         if not path.is_file():

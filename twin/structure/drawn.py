@@ -4,16 +4,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
 from recordings.directions import AXES
+from twin.arrays import Array
 from twin.rigs import Place
+from twin.structure.elements.thin_layer import LayerRows
 from twin.structure.limits import LIMITS
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
-
-Array = NDArray[np.float64]
 
 FLAT = 1e-6
 """Spread of nodes across their longest axis, over that along it, below which they lie on a line."""
@@ -36,7 +35,7 @@ class DrawnPart:
     name: str
     points: Array
     """Coordinates of its nodes, m, (k, 3)."""
-    edges: NDArray[np.int64]
+    edges: Array
     """Which of them are joined by a line, (e, 2)."""
     rows: Array
     """Their displacements along x, y and z, (3, k, n)."""
@@ -66,7 +65,7 @@ def point_of(structure: Structure, place: Place) -> Array:
     return structure.meshes[place.part].coordinates(place.at)
 
 
-def _net(points: Array) -> NDArray[np.int64]:
+def _net(points: Array) -> Array:
     """Pairs of neighbours as seen on the plane in which the nodes spread most; a chain where they lie on a line.
 
     Matrices come without elements: this is a net to look at, and no more.
@@ -92,17 +91,18 @@ def layer_lines(structure: Structure) -> tuple[LayerLine, ...]:
     """Every joint's layer; of one that slips in two directions the slip along it."""
     lines = []
     for joint in structure.joints:
-        x, opening = _means(joint.normal_at, joint.B_E / joint.normal_weight[:, None])
-        along = joint.shear_direction == joint.shear_direction.min()
-        at, slip = _means(joint.shear_at[along], (joint.B_G / joint.shear_weight[:, None])[along])
+        x, opening = _means(joint.normal)
+        at, slip = _means(joint.shear.chosen(joint.shear.direction == joint.shear.direction.min()))
         there = np.array([np.interp(x, at, column) for column in slip.T]).T
         lines.append(LayerLine(joint.name, x, opening, there))
     return tuple(lines)
 
 
-def _means(at: Array, rows: Array) -> tuple[Array, Array]:
-    """Places (k,) in rising order, and the mean of the rows at each, (k, n)."""
-    cell, inverse, count = np.unique(np.round(at / LIMITS.drawn_nearest_m), return_inverse=True, return_counts=True)
-    total = np.zeros((len(cell), rows.shape[1]))
-    np.add.at(total, inverse, rows)
-    return LIMITS.drawn_nearest_m * cell, total / count[:, None]
+def _means(rows: LayerRows) -> tuple[Array, Array]:
+    """Places (k,) in rising order, and the mean of the rows at each, in metres, (k, n)."""
+    cells, inverse, count = np.unique(
+        np.round(rows.at / LIMITS.drawn_nearest_m), return_inverse=True, return_counts=True
+    )
+    total = np.zeros((len(cells), rows.B.shape[1]))
+    np.add.at(total, inverse, rows.metres)
+    return LIMITS.drawn_nearest_m * cells, total / count[:, None]

@@ -1,20 +1,19 @@
 """Strain operators of the joints' layers: between beams by their own kinematics, between node pairs by differences."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.rigs import Layout, ThinLayer
-from twin.structure.elements.thin_layer import ThinLayerElement, space_thin_layer, thin_layer
+from twin.structure.elements.thin_layer import LayerRows, ThinLayerElement, space_thin_layer, thin_layer
 from twin.structure.limits import LIMITS
 from twin.structure.matrix_coordinates import MatrixCoordinates, node_pairs
 from twin.structure.mesh import BeamMesh, LayerMesh
 from twin.structure.structure import JointOperators
 
-Matrix = NDArray[np.float64]
 Mesh = BeamMesh | MatrixCoordinates
 
 
@@ -29,23 +28,6 @@ def joint_operators(
             yield of_beams(between_beams[joint.name], first, second, size)
         elif isinstance(first, MatrixCoordinates) and isinstance(second, MatrixCoordinates):
             yield _of_pairs(layout, joint, first, second, size)
-
-
-def layer_element_dofs(
-    layer: LayerMesh, first: BeamMesh, second: BeamMesh
-) -> Iterator[tuple[float, float, NDArray[np.int64], Matrix]]:
-    """Begin (m along the first beam) and length of each element of a layer, and its displacements.
-
-    These are twelve of plane beams, 24 of beams in space, those of the beam below first; with them goes the rotation
-    from x, y and z to the first beam's axis, normal and across both.
-    """
-    turn = np.asarray(np.kron(np.eye(2), first.rotation), float)
-    below = first if _second_is_above(first, second) else second
-    for n in range(len(layer.first) - 1):
-        ends = {first: layer.first[n : n + 2], second: layer.second[n : n + 2]}
-        above = second if below is first else first
-        dofs = [mesh.node_dofs(s) for mesh in (below, above) for s in ends[mesh]]
-        yield float(layer.first[n]), float(layer.first[n + 1] - layer.first[n]), np.concatenate(dofs), turn
 
 
 def _second_is_above(first: BeamMesh, second: BeamMesh) -> bool:
@@ -75,27 +57,24 @@ def of_beams(
         layer_of = space_thin_layer if first.part.in_space else thin_layer
         make = partial(layer_of, bottom_thickness=bottom.part.thickness, top_thickness=top.part.thickness)
     width = joint.width or min(first.part.width, second.part.width)
-    names = ("B_E", "B_G", "normal_weight", "shear_weight", "normal_at", "shear_at", "shear_direction")
-    found: dict[str, list[NDArray[Any]]] = {name: [] for name in names}
-    for begin, length, dofs, turn in layer_element_dofs(layer, first, second):
+    turn = np.kron(np.eye(2), first.rotation)
+    elements = []
+    for n, length in enumerate(np.diff(layer.first)):
+        ends = {first: layer.first[n : n + 2], second: layer.second[n : n + 2]}
+        dofs = np.concatenate([mesh.node_dofs(s) for mesh in (bottom, top) for s in ends[mesh]])
         element = make(length=length, height=joint.layer_height, width=width)
-        for name, B in (("B_E", element.B_E), ("B_G", element.B_G)):
-            full = np.zeros((len(B), size))
-            full[:, dofs] = B @ turn
-            found[name].append(full)
-        found["normal_weight"].append(element.normal_weight)
-        found["shear_weight"].append(element.shear_weight)
-        found["normal_at"].append(begin + length * element.normal_at)
-        found["shear_at"].append(begin + length * element.shear_at)
-        along = np.zeros(len(element.B_G), np.int64)
-        found["shear_direction"].append(along if element.shear_direction is None else element.shear_direction)
-    whole = {name: np.concatenate(parts) for name, parts in found.items()}
+        elements.append([_among(rows, dofs, turn, size, layer.first[n], length) for rows in element])
+    normal, shear = (LayerRows.joined(rows) for rows in zip(*elements, strict=True))
     return JointOperators(
-        name=joint.name,
-        ends=(float(layer.first[0]), float(layer.first[-1])),
-        points=first.coordinates(whole["normal_at"]),
-        **whole,
+        joint.name, normal, shear, (float(layer.first[0]), float(layer.first[-1])), first.coordinates(normal.at)
     )
+
+
+def _among(rows: LayerRows, dofs: Array, turn: Array, size: int, begin: float, length: float) -> LayerRows:
+    """An element's rows over all displacements, m along the joint; `turn` leads to the beams' axis and normal."""
+    B = np.zeros((len(rows.B), size))
+    B[:, dofs] = rows.B @ turn
+    return replace(rows, B=B, at=begin + length * rows.at)
 
 
 def _of_pairs(
@@ -115,25 +94,17 @@ def _of_pairs(
         ways = (out, *_tangents(out, axis))
         rows += [factor * _difference(first, second, int(a), int(b), way, size) for way in ways]
     B = np.array(rows).reshape(len(weight), 3, size)
-    B_G, order = B[:, 1:].reshape(-1, size), np.repeat(np.arange(len(weight)), 2)
-    moves = np.max(np.abs(B_G), axis=1) > LIMITS.joint_operators_nothing * np.max(np.abs(B_G), initial=1.0)
-    kept = moves if moves.any() else np.ones(len(B_G), bool)
+    normal = LayerRows(B[:, 0], weight, at, np.zeros(len(at), np.int64))
+    slips = B[:, 1:].reshape(-1, size), np.repeat(weight, 2), np.repeat(at, 2), np.tile([0, 1], len(weight))
+    size_of = np.max(np.abs(slips[0]), axis=1)
+    moves = size_of > LIMITS.joint_operators_nothing * np.max(size_of, initial=1.0)
+    shear = LayerRows(*slips).chosen(moves if moves.any() else slice(None))
     reach = float(np.ptp(at)) or 1.0
-    return JointOperators(
-        name=joint.name,
-        B_E=B[:, 0],
-        B_G=B_G[kept],
-        normal_weight=weight,
-        shear_weight=weight[order[kept]],
-        normal_at=at,
-        shear_at=at[order[kept]],
-        shear_direction=np.tile([0, 1], len(weight))[kept],
-        ends=(float(at.min()) - 1e-6 * reach, float(at.min()) + (1 + 1e-6) * reach),
-        points=points,
-    )
+    ends = float(at.min()) - 1e-6 * reach, float(at.min()) + (1 + 1e-6) * reach
+    return JointOperators(joint.name, normal, shear, ends, points)
 
 
-def _tangents(normal: Matrix, axis: Matrix) -> tuple[Matrix, Matrix]:
+def _tangents(normal: Array, axis: Array) -> tuple[Array, Array]:
     """Unit vectors along the contact, as far as the normal allows, and across it."""
     tangent = axis - (axis @ normal) * normal
     if np.linalg.norm(tangent) < 1e-6:
@@ -144,8 +115,8 @@ def _tangents(normal: Matrix, axis: Matrix) -> tuple[Matrix, Matrix]:
 
 
 def _difference(
-    first: MatrixCoordinates, second: MatrixCoordinates, a: int, b: int, direction: Matrix, size: int
-) -> Matrix:
+    first: MatrixCoordinates, second: MatrixCoordinates, a: int, b: int, direction: Array, size: int
+) -> Array:
     row = np.zeros(size)
     for mesh, node, sign in ((first, a, -1.0), (second, b, 1.0)):
         dofs, coefficients = mesh.translation(node, direction.tolist())

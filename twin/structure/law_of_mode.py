@@ -6,15 +6,16 @@ knot of the softening, the largest slip one of the loss, and points that move le
 
 import numpy as np
 
+from twin.arrays import Array
+from twin.joint import Curve
 from twin.structure.limits import LIMITS
-from twin.structure.mode_law import TINY, TOLERANCE, TURNS, Complex, ComplexMode, Function, LayerModes, Matrix
-from twin.structure.point_law import Curve, LayerPointLaw
+from twin.structure.mode_law import TINY, TOLERANCE, TURNS, ComplexMode, Function, LayerModes, LayerPointLaw
 
 SETTLED, CLOSEST = 1e-7, 1e-9
 """Relative change of the points' motion at which it is found, and the least growth from a knot to the next."""
 
 
-def layer_law_of_mode(modes: LayerModes, softening: Function, loss: Function, amplitude_m: Matrix) -> LayerPointLaw:
+def layer_law_of_mode(modes: LayerModes, softening: Function, loss: Function, amplitude_m: Array) -> LayerPointLaw:
     """The law of the points that acts on the first mode as uniform moduli of a sensor's amplitude do.
 
     ValueError if at some X the structure has no mode near its first, or the layer's largest opening or slip does not
@@ -47,7 +48,7 @@ class _Known:
         self.knots: tuple[list[float], list[float]] = ([], [])
         self.values: tuple[list[float], list[float]] = ([], [])
 
-    def with_next(self, motion: Matrix, own: Matrix) -> tuple[Complex, Complex]:
+    def with_next(self, motion: Array, own: Array) -> tuple[Array, Array]:
         """Moduli (2 p,) at the points' motion with a next knot at the largest, and their growth with its value."""
         moduli, growth = np.zeros((2, len(motion)), complex)
         for half, knots, values, value, sign in zip(self.halves, self.knots, self.values, own, (-1.0, 1j), strict=True):
@@ -61,7 +62,7 @@ class _Known:
             growth[half] = sign * share
         return moduli, growth
 
-    def append(self, motion: Matrix, own: Matrix) -> None:
+    def append(self, motion: Array, own: Array) -> None:
         """Take a next knot."""
         for half, knots, values, value, name in zip(
             self.halves, self.knots, self.values, own, ("opening", "slip"), strict=True
@@ -79,8 +80,8 @@ class _Known:
 
 
 def _next_knot(
-    modes: LayerModes, known: _Known, X: float, start: Matrix, meant: complex, near: ComplexMode
-) -> tuple[Matrix, ComplexMode, Matrix]:
+    modes: LayerModes, known: _Known, X: float, start: Array, meant: complex, near: ComplexMode
+) -> tuple[Array, ComplexMode, Array]:
     """Softening and loss (2,) at the next knots that give the first mode an eigenvalue; the mode and its motion."""
     own, mode = start, near
     motion = X * modes.amplitude_per_X(mode, 1)

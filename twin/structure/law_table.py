@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from twin.arrays import Array
-from twin.joint import steel_loss, steel_softening
+from twin.joint import Curve, steel_loss, steel_softening
 from twin.rigs import LawOfRig, LawTable, LayerLawTable, NamedLaws, PointLaw, Rig
 from twin.structure.assembly import assemble
 from twin.structure.law_of_mode import layer_law_of_mode
@@ -15,7 +15,6 @@ from twin.structure.layer_points import layer_points
 from twin.structure.limits import LIMITS
 from twin.structure.mode_law import LayerModes
 from twin.structure.own_harmonics import with_own_harmonics
-from twin.structure.point_law import Curve
 
 
 def layer_table(rig: Rig, *, E: float, G: float, joint: int = 0) -> LayerLawTable | None:

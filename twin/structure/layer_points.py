@@ -9,33 +9,32 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from twin.structure.structure import JointOperators, Structure
-
-Matrix = NDArray[np.float64]
+from twin.arrays import Array
+from twin.structure.elements.thin_layer import LayerRows
+from twin.structure.structure import Structure
 
 
 @dataclass(frozen=True)
 class LayerPoints:
     """Operators of p points, of one joint or of several one after the other, over n coordinates."""
 
-    opening: Matrix
-    slip: Matrix
+    opening: Array
+    slip: Array
     """Rows whose products with the displacements are the opening and the slip, m, (p, n)."""
-    opening_weight: Matrix
-    slip_weight: Matrix
+    opening_weight: Array
+    slip_weight: Array
     """Area over height, m, (p,): a modulus times its weight is a stiffness."""
-    joint: NDArray[np.int64]
+    joint: Array
     """Number of the joint that each belongs to, (p,)."""
 
     @property
-    def rows(self) -> Matrix:
+    def rows(self) -> Array:
         """Openings, then slips, (2 p, n)."""
         return np.vstack([self.opening, self.slip])
 
     @property
-    def weights(self) -> Matrix:
+    def weights(self) -> Array:
         """Of :attr:`rows`, (2 p,)."""
         return np.concatenate([self.opening_weight, self.slip_weight])
 
@@ -55,11 +54,9 @@ def layer_points(structure: Structure, count: int, *, joint: int = 0, towards_mi
         How far an element's opening is, from its mean (0) towards the one in its middle (1).
     """
     operators = structure.joints[joint]
-    opening, opening_weight = _means(
-        operators.B_E, operators.normal_weight, operators.normal_at, operators.ends, count, towards_middle
-    )  # fmt: skip
-    directions = np.unique(operators.shear_direction)
-    slips = [_slips(operators, int(direction), count) for direction in directions]
+    opening, opening_weight = _means(operators.normal, operators.ends, count, towards_middle)
+    ways = (operators.shear.direction == way for way in np.unique(operators.shear.direction))
+    slips = [_means(operators.shear.chosen(way), operators.ends, count) for way in ways]
     # An element without any row has no area, and there is nothing that it could do.
     held = opening_weight > 0
     rows = np.vstack([opening[held]] * len(slips))
@@ -76,32 +73,21 @@ def points_of_joints(structure: Structure, counts: Sequence[int], towards_middle
         layer_points(structure, count, joint=joint, towards_middle=towards)
         for joint, (count, towards) in enumerate(zip(counts, towards_middle, strict=True))
     ]
-    n, nothing = structure.size, np.zeros(0)
-    return LayerPoints(
-        np.vstack([np.zeros((0, n)), *(points.opening for points in each)]),
-        np.vstack([np.zeros((0, n)), *(points.slip for points in each)]),
-        np.concatenate([nothing, *(points.opening_weight for points in each)]),
-        np.concatenate([nothing, *(points.slip_weight for points in each)]),
-        np.concatenate([nothing.astype(np.int64), *(points.joint for points in each)]),
-    )
+    rows, none = np.zeros((0, structure.size)), np.zeros(0)
+    nothing = LayerPoints(rows, rows, none, none, none.astype(np.int64))
+    fields = zip(*(vars(points).values() for points in (nothing, *each)), strict=True)
+    return LayerPoints(*(np.concatenate(values) for values in fields))
 
 
-def _slips(operators: JointOperators, direction: int, count: int) -> tuple[Matrix, Matrix]:
-    own = operators.shear_direction == direction
-    return _means(operators.B_G[own], operators.shear_weight[own], operators.shear_at[own], operators.ends, count)
-
-
-def _means(
-    B: Matrix, weight: Matrix, x: Matrix, ends: tuple[float, float], count: int, towards_middle: float = 0.0
-) -> tuple[Matrix, Matrix]:
+def _means(rows: LayerRows, ends: tuple[float, float], count: int, towards_middle: float = 0.0) -> tuple[Array, Array]:
     """Mean rows (count, n) of each element's Gauss points, and sums of their weights (count,).
 
     A weight of 1 - 5/2 P2 over an element, in place of 1, makes a parabola's mean its value in the middle.
     """
-    along = (x - ends[0]) / (ends[1] - ends[0]) * count
+    along = (rows.at - ends[0]) / (ends[1] - ends[0]) * count
     element = np.clip(along.astype(int), 0, count - 1)
-    total = np.asarray(np.bincount(element, weight**2, count), float)
+    total = np.asarray(np.bincount(element, rows.weight**2, count), float)
     P2 = 1.5 * (2 * (along - element) - 1) ** 2 - 0.5
-    rows = np.zeros((count, B.shape[1]))
-    np.add.at(rows, element, (weight * (1 - 2.5 * towards_middle * P2))[:, None] * B)
-    return rows / np.where(total > 0, total, 1.0)[:, None], total
+    mean = np.zeros((count, rows.B.shape[1]))
+    np.add.at(mean, element, (rows.weight * (1 - 2.5 * towards_middle * P2))[:, None] * rows.B)
+    return mean / np.where(total > 0, total, 1.0)[:, None], total

@@ -5,19 +5,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from recordings.directions import AXES
 from recordings.errors import InputError, blamed_on
+from twin.arrays import Array
 from twin.rigs import Layout, MatricesPart, Rig
+from twin.rigs.layout import DOFS
 from twin.rigs.matrix_files import NodePairs, PartMatrices, part_matrices, read_pairs
 from twin.structure.craig_bampton import ReducedPart, cached_craig_bampton
 from twin.structure.limits import LIMITS
 from twin.structure.node_field import NodeField
-
-Array = NDArray[np.float64]
-
-AXES = ("x", "y", "z")
-TRANSLATIONS_AND_ROTATIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,14 +32,14 @@ class MatrixCoordinates:
         """Number of coordinates."""
         return len(self.reduced.M)
 
-    def dof(self, node: float, name: str) -> tuple[NDArray[np.int64], Array] | None:
+    def dof(self, node: float, name: str) -> tuple[Array, Array] | None:
         """Coordinates and coefficients of a node's displacement or rotation; None where it has none."""
-        row = self.matrices.row(int(node), name)
+        row = self.matrices.rows.get((int(node), name))
         if row is None:
             return None
         return self.first + np.arange(self.size), self.reduced.T[row]
 
-    def translation(self, node: float, direction: Sequence[float]) -> tuple[NDArray[np.int64], Array]:
+    def translation(self, node: float, direction: Sequence[float]) -> tuple[Array, Array]:
         """The same of its displacement in a direction."""
         try:
             self.matrices.coordinates_of(int(node))
@@ -81,7 +78,7 @@ class MatrixCoordinates:
         whole = np.zeros(len(self.reduced.T))
         for (_, name), row in self.matrices.rows.items():
             if name in AXES:
-                whole[row] = direction[AXES.index(name)]
+                whole[row] = direction[DOFS.index(name)]
         return np.asarray(np.linalg.lstsq(self.reduced.T, whole, rcond=None)[0])
 
 
@@ -122,8 +119,8 @@ def reduced_parts(layout: Layout, rig: Rig, *, first: int) -> tuple[MatrixCoordi
             reason = f"part {part.name!r} has no node {missing[0]}"
             raise InputError(table, "node", reason, "supports, shakers, sensors, joints and ties sit at nodes of it")
         rows = [
-            row for node in nodes for name in TRANSLATIONS_AND_ROTATIONS
-            if (row := matrices.row(node, name)) is not None
+            row for node in nodes for name in DOFS
+            if (row := matrices.rows.get((node, name))) is not None
         ]  # fmt: skip
         with blamed_on(layout.file(part.stiffness, part.name), f"part {part.name!r}"):
             reduced = cached_craig_bampton(

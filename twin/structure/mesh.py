@@ -4,17 +4,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.rigs import BeamPart, Layout, ThinLayer
-from twin.structure.elements.beam import deflection_shape, rotation_rate_shape, slope_shape
+from twin.rigs.layout import DOFS
+from twin.structure.elements.beam import deflection_shape, rotation_rate_shape
 from twin.structure.elements.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS
 from twin.structure.limits import LIMITS
 
-Array = NDArray[np.float64]
-
-PLANE_DOFS, SPACE_DOFS = ("x", "y", "rz"), ("x", "y", "z", "rx", "ry", "rz")
-"""Of a plane beam's node, and of one of a beam in space."""
+PLANE_DOFS = ("x", "y", "rz")
+"""Of a plane beam's node."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +31,7 @@ class BeamMesh:
     @property
     def dofs(self) -> tuple[str, ...]:
         """Names of a node's degrees of freedom."""
-        return SPACE_DOFS if self.part.in_space else PLANE_DOFS
+        return DOFS if self.part.in_space else PLANE_DOFS
 
     @property
     def size(self) -> int:
@@ -54,30 +53,34 @@ class BeamMesh:
         return np.asarray(self.part.origin + np.asarray(s, float)[..., None] * np.array(self.part.axis))
 
     @property
-    def element_dofs(self) -> NDArray[np.int64]:
+    def element_dofs(self) -> Array:
         """Degrees of freedom of each element, (e, 6) or (e, 12)."""
         n = len(self.dofs)
         return np.asarray(self.first + n * np.arange(len(self.s) - 1)[:, None] + np.arange(2 * n))
 
-    def node_dofs(self, s: float) -> NDArray[np.int64]:
+    def node_dofs(self, s: float) -> Array:
         """Degrees of freedom of the node at `s`; ValueError where there is none."""
         node = int(np.argmin(np.abs(self.s - s)))
         if abs(self.s[node] - s) > max(self.near, LIMITS.mesh_beyond_m):
             raise ValueError(f"no node of {self.part.name!r} at {s} m")
         return self.first + len(self.dofs) * node + np.arange(len(self.dofs))
 
-    def translation(self, s: float, direction: Sequence[float]) -> tuple[NDArray[np.int64], Array]:
+    def dof(self, s: float, name: str) -> tuple[Array, Array] | None:
+        """Degree of freedom and coefficient of one motion of the node at `s`; None where it has none."""
+        return (self.node_dofs(s)[[self.dofs.index(name)]], np.ones(1)) if name in self.dofs else None
+
+    def translation(self, s: float, direction: Sequence[float]) -> tuple[Array, Array]:
         """Degrees of freedom and coefficients of the displacement at `s` in a direction."""
         shares = self.frame @ np.array(direction)
         return self._row(s, lambda xi, length: (
             shares[0] * np.array([1 - xi, xi]), *(share * deflection_shape(xi, length) for share in shares[1:])
         ))  # fmt: skip
 
-    def slope(self, s: float) -> tuple[NDArray[np.int64], Array]:
+    def slope(self, s: float) -> tuple[Array, Array]:
         """The same of the deflection's derivative along the beam."""
-        return self._row(s, lambda xi, length: (np.zeros(2), slope_shape(xi, length), np.zeros(4)))
+        return self._row(s, lambda xi, length: (np.zeros(2), deflection_shape(xi, length, 1), np.zeros(4)))
 
-    def strain(self, s: float, *, side: float) -> tuple[NDArray[np.int64], Array]:
+    def strain(self, s: float, *, side: float) -> tuple[Array, Array]:
         """The same of the strain at a surface, half a thickness to the left (+1) or to the right (-1) of the axis."""
         part = self.part
         off = side * part.thickness / 2
@@ -93,7 +96,7 @@ class BeamMesh:
         at_node = [direction["xyz".index(name)] if name in "xyz" else 0.0 for name in self.dofs]
         return np.tile(at_node, len(self.s))
 
-    def _row(self, s: float, shapes) -> tuple[NDArray[np.int64], Array]:  # type: ignore[no-untyped-def]
+    def _row(self, s: float, shapes) -> tuple[Array, Array]:  # type: ignore[no-untyped-def]
         if not -LIMITS.mesh_beyond_m <= s <= self.s[-1] + LIMITS.mesh_beyond_m:
             raise ValueError(f"{s} m is not on {self.part.name!r}")
         s = min(max(s, 0.0), self.s[-1])
@@ -180,7 +183,7 @@ def _beam_nodes(beam: BeamPart, layers: Sequence[Array], single: Array, near: fl
     return np.concatenate([*pieces, nodes[-1:]])
 
 
-def _shares(lengths: Array, elements: int) -> NDArray[np.int64]:
+def _shares(lengths: Array, elements: int) -> Array:
     """Elements of each of some stretches, by their lengths, one at least."""
     left = max(elements - len(lengths), 0)
     exact = left * lengths / lengths.sum()

@@ -14,23 +14,29 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import qr, solve
 
+from twin.arrays import Array
+from twin.joint import Curve
 from twin.structure.layer_points import LayerPoints
 from twin.structure.limits import LIMITS
 from twin.structure.modes import normal_modes, rigid_motions
 from twin.structure.structure import Structure
 
-Matrix = NDArray[np.float64]
-Complex = NDArray[Any]
-Function = Callable[[Matrix], Matrix]
+Function = Callable[[Array], Array]
 
 TURNS, TOLERANCE = 80, 1e-10
 TINY = 1e-300
+
+
+@dataclass(frozen=True, eq=False)
+class LayerPointLaw:
+    """What a point's opening (m) takes off E', and what its slip (m) adds to G' as a loss modulus, N/m2."""
+
+    softening: Curve
+    loss: Curve
 
 
 @dataclass(frozen=True)
@@ -38,28 +44,28 @@ class ComplexMode:
     """Its eigenvalue omega^2, and its shape with phi' phi = 1 in coordinates whose mass is one."""
 
     value: complex
-    shape: Complex
+    shape: Array
 
 
 @dataclass(frozen=True, eq=False)
 class LayerModes:
     """A structure in few coordinates: its lowest modes, and the statics of forces on its layer."""
 
-    squares: Matrix
+    squares: Array
     """Of the elastic natural frequencies with the linear layer, (rad/s)^2, which are the diagonal of the stiffness,
     (m,)."""
-    K_E: Matrix
-    K_G: Matrix
+    K_E: Array
+    K_G: Array
     """Stiffness of the layer per unit of E' and of G', (m, m)."""
-    rows: Matrix
-    weights: Matrix
+    rows: Array
+    weights: Array
     """Of the layer's points, openings before slips, (2 p, m), (2 p,)."""
-    sensor: Matrix
+    sensor: Array
     """Row of the deflection whose amplitude X is, (m,)."""
 
     @staticmethod
     def of(
-        structure: Structure, points: LayerPoints, *, E: float, G: float, sensor: Matrix, joint: int = 0
+        structure: Structure, points: LayerPoints, *, E: float, G: float, sensor: Array, joint: int = 0
     ) -> LayerModes:  # fmt: skip
         """Reduce `structure` with linear layers of moduli E, G (N/m2); the amplitude of `sensor`, a row (n,), is X.
 
@@ -98,15 +104,15 @@ class LayerModes:
         """The mode with E' - softening and G' + j loss in the whole layer, N/m2."""
         return self._mode(np.diag(self.squares) - softening * self.K_E + 1j * loss * self.K_G, near)
 
-    def local(self, moduli: Complex, near: ComplexMode) -> ComplexMode:
+    def local(self, moduli: Array, near: ComplexMode) -> ComplexMode:
         """The mode with complex changes of the moduli (2 p,) at the points, N/m2."""
         return self._mode(np.diag(self.squares) + self._at_points(moduli), near)
 
-    def by_moduli(self, mode: ComplexMode) -> Complex:
+    def by_moduli(self, mode: ComplexMode) -> Array:
         """d(eigenvalue) / d(moduli at the points), (2 p,)."""
         return np.asarray(self.weights * (self.rows @ mode.shape) ** 2)
 
-    def amplitude_per_X(self, mode: ComplexMode, number: int) -> Matrix:
+    def amplitude_per_X(self, mode: ComplexMode, number: int) -> Array:
         """Openings and slips (2 p,) of the points per unit of X.
 
         X is the sensor's acceleration amplitude over the square of that mode's natural frequency with the linear layer.
@@ -114,7 +120,7 @@ class LayerModes:
         reached = abs(self.sensor @ mode.shape) * abs(mode.value) / self.squares[number - 1]
         return np.abs(self.rows @ mode.shape) / max(reached, TINY)
 
-    def log_amplitude_by_moduli(self, moduli: Complex, mode: ComplexMode) -> Complex:
+    def log_amplitude_by_moduli(self, moduli: Array, mode: ComplexMode) -> Array:
         """Complex d(log motion at the points per X) / d(moduli at the points), (2 p, 2 p)."""
         K, shape, m = np.diag(self.squares) + self._at_points(moduli), mode.shape, len(self.squares)
         bordered = np.zeros((m + 1, m + 1), complex)
@@ -128,22 +134,22 @@ class LayerModes:
         own = (self.rows @ change) / np.where(motion == 0, TINY, motion)[:, None]
         return np.asarray(own - (self.sensor @ change) / (self.sensor @ shape) - value / mode.value)
 
-    def receptance(self, moduli: Complex, omega: float, forces: Matrix) -> Complex:
+    def receptance(self, moduli: Array, omega: float, forces: Array) -> Array:
         """Motion (m, f) by forces (f, m) of frequency omega, without damping but for that of the moduli (2 p,)."""
         dynamic = np.diag(self.squares - omega**2) + self._at_points(moduli)
         return np.asarray(np.linalg.solve(dynamic, forces.T + 0j))
 
-    def _at_points(self, moduli: Complex) -> Complex:
+    def _at_points(self, moduli: Array) -> Array:
         return np.asarray((self.rows.T * (self.weights * moduli)) @ self.rows)
 
-    def _scale(self, mode: ComplexMode) -> Matrix:
+    def _scale(self, mode: ComplexMode) -> Array:
         """Units (m,) in which stiffnesses near a mode are of order one.
 
         Those of the layer's statics are twenty decades above the lowest mode's, and rounding would decide.
         """
         return np.asarray(1.0 / np.sqrt(self.squares + abs(mode.value)))
 
-    def _mode(self, K: Complex, near: ComplexMode) -> ComplexMode:
+    def _mode(self, K: Array, near: ComplexMode) -> ComplexMode:
         """The eigenvalue nearest to a guess, by inverse iteration with Rayleigh quotients."""
         value, shape, scale = near.value, near.shape, self._scale(near)
         scaled, mass = K * scale * scale[:, None], np.diag(scale**2)
@@ -162,24 +168,24 @@ class LayerModes:
 class ModeFunctions:
     """Uniform moduli E' - softening and G' + j loss that act on one mode as the law of the points does."""
 
-    amplitude_m: Matrix
+    amplitude_m: Array
     """X, (n,): the sensor's acceleration amplitude over the square of the mode's natural frequency with the linear
     layer."""
-    softening: Matrix
-    loss: Matrix
+    softening: Array
+    loss: Array
     """N/m2, (n,); NaN where no uniform moduli do."""
-    eigenvalue: Complex
-    """Of the mode, (rad/s)^2, (n,)."""
-    motion_m: Matrix
+    eigenvalue: Array
+    """Of the mode, complex, (rad/s)^2, (n,)."""
+    motion_m: Array
     """Openings, then slips of the points, (n, 2 p)."""
-    by_moduli: Matrix
+    by_moduli: Array
     """Derivatives of softening and loss by the softening at each point's opening and by the loss at each point's slip,
     once the points' motion has followed, (n, 2, 2 p): times the law's basis at `motion_m` they are those by the law's
     values."""
 
 
 def mode_functions(
-    modes: LayerModes, softening: Function, loss: Function, amplitude_m: Matrix, *, number: int = 1
+    modes: LayerModes, softening: Function, loss: Function, amplitude_m: Array, *, number: int = 1
 ) -> ModeFunctions:
     """What a law of the points is to one mode.
 
@@ -217,13 +223,13 @@ def mode_functions(
     return ModeFunctions(X, g[0], g[1], values, motion, by_moduli)
 
 
-def _moduli(softening: Function, loss: Function, motion: Matrix, p: int) -> Complex:
+def _moduli(softening: Function, loss: Function, motion: Array, p: int) -> Array:
     return np.concatenate([-softening(motion[:p]) + 0j, 1j * loss(motion[p:])])
 
 
 def _balanced(
     modes: LayerModes, softening: Function, loss: Function, X: float, near: ComplexMode, number: int
-) -> tuple[ComplexMode, Matrix, Complex]:
+) -> tuple[ComplexMode, Array, Array]:
     """The mode at an amplitude, the points' motion (2 p,) and the growth of their moduli with its logarithm."""
     p, motion = modes.points, X * modes.amplitude_per_X(near, number)
     if X == 0:
@@ -251,15 +257,15 @@ def _balanced(
 
 
 def _uniform_moduli(
-    modes: LayerModes, meant: complex, start: Matrix, near: ComplexMode
-) -> tuple[Matrix, ComplexMode, Matrix]:
+    modes: LayerModes, meant: complex, start: Array, near: ComplexMode
+) -> tuple[Array, ComplexMode, Array]:
     """Softening and loss (2,) of the whole layer that give a mode an eigenvalue; NaN if none do; d(value) / d(them).
 
     Newton's steps are halved until the eigenvalue comes nearer: beyond the most damping that uniform moduli can give
     the mode there is no answer, and whole steps would wander until they met a layer stiffer or more lossy than any.
     """
     own, mode, trial, share = start, near, start, 1.0
-    step: Matrix = np.zeros(2)
+    step: Array = np.zeros(2)
     closest, by_value = np.inf, np.eye(2)
     for _ in range(TURNS):
         try:

@@ -5,15 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from twin.arrays import Array
 from twin.rigs import Rig
 from twin.structure.assembly import assemble
 from twin.structure.modes import Modes, normal_modes, rigid_motions
 from twin.structure.structure import Structure
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +22,7 @@ class ModelledRig:
     rigid: int
 
     @staticmethod
-    def of(rig: Rig, structure: Structure, E: Sequence[float] | Matrix, G: Sequence[float] | Matrix) -> ModelledRig:
+    def of(rig: Rig, structure: Structure, E: Sequence[float] | Array, G: Sequence[float] | Array) -> ModelledRig:
         """Solve for the modes at the joints' moduli E', G', N/m2."""
         modes = normal_modes(structure.M, structure.stiffness(E, G))
         rigid = rigid_motions(modes.omega)

@@ -3,33 +3,30 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.sparse import csc_array, csr_array, issparse
 from scipy.sparse.linalg import eigsh
 
+from twin.arrays import Array
 from twin.structure.limits import LIMITS
 
 MOST_RIGID = 6
-
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Modes:
     """Natural frequencies omega (rad/s), rising, and mass-normalised mode shapes as columns of Phi, (n, m)."""
 
-    omega: Matrix
-    Phi: Matrix
+    omega: Array
+    Phi: Array
 
     @property
-    def frequency_Hz(self) -> Matrix:
+    def frequency_Hz(self) -> Array:
         """Natural frequencies in Hz."""
         return self.omega / (2 * np.pi)
 
 
-def normal_modes(M: Matrix | csr_array, K: Matrix | csr_array, count: int | None = None) -> Modes:
+def normal_modes(M: Array | csr_array, K: Array | csr_array, count: int | None = None) -> Modes:
     """The lowest `count` modes, or all of them; of sparse matrices by Lanczos, from a start that is always the same.
 
     Rigid-body modes come out with omega = 0 instead of the root of a tiny negative number.
@@ -45,13 +42,13 @@ def normal_modes(M: Matrix | csr_array, K: Matrix | csr_array, count: int | None
     return Modes(np.sqrt(np.maximum(values, 0.0)), Phi)
 
 
-def rigid_motions(omega: Matrix) -> int:
+def rigid_motions(omega: Array) -> int:
     """How many of rising natural frequencies are those of motions that nothing holds: six at most, of one body."""
     elastic = omega[min(MOST_RIGID, len(omega) - 1)]
     return int(np.count_nonzero(omega[:MOST_RIGID] < LIMITS.modes_rigid * elastic))
 
 
-def shifted_modes(M: Matrix, K: Matrix, count: int, *, shift: float) -> Modes:
+def shifted_modes(M: Array, K: Array, count: int, *, shift: float) -> Modes:
     """The lowest `count` modes as the largest 1 / (omega^2 + shift): exact in the low ones, with negative masses too.
 
     `shift`, rad2/s2, is far below the squares of the elastic frequencies.
@@ -63,9 +60,7 @@ def shifted_modes(M: Matrix, K: Matrix, count: int, *, shift: float) -> Modes:
     return Modes(np.sqrt(np.maximum(1 / inverse - shift, 0.0)), Phi / np.sqrt(inverse))
 
 
-def bending_modes(
-    M: Matrix, K: Matrix, transverse: NDArray[np.bool_], *, least: int, shift: float | None = None
-) -> Modes:
+def bending_modes(M: Array, K: Array, transverse: Array, *, least: int, shift: float | None = None) -> Modes:
     """At least so many bending modes, from the lowest, without a gap.
 
     More than half of a bending mode's kinetic energy is transverse, and it is no rigid-body motion.  ValueError if the

@@ -5,8 +5,6 @@ from collections.abc import Iterator
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
 
-__all__ = ["named_rows"]
-
 
 def named_rows(structure: Structure) -> Iterator[tuple[int, str, int, float, float, float]]:
     """Node, degree of freedom, row and place of every row; nodes counted from 1 through all beams.

@@ -10,19 +10,17 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
+from twin.arrays import Array
 from twin.structure.limits import LIMITS
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class NodeField:
     """Nodes by their coordinates along a part's principal directions."""
 
-    nodes: NDArray[np.int64]
+    nodes: Array
     """Their numbers, (n,); of those that lie one above the other in a thin part the outermost."""
     coordinates: Array
     """Along the d directions in which the part extends, from the least node on, m, (n, d)."""
@@ -30,9 +28,7 @@ class NodeField:
     """Unit vectors in which something that pushes may push, (3,): across a thin part, else along the axes."""
 
     @staticmethod
-    def of(
-        nodes: NDArray[np.int64], points_m: Array, *, moving: tuple[bool, bool, bool] = (True, True, True)
-    ) -> NodeField:
+    def of(nodes: Array, points_m: Array, *, moving: tuple[bool, bool, bool] = (True, True, True)) -> NodeField:
         """The field of nodes at points (n, 3) that have displacements along x, y and z as far as `moving` says."""
         centred = points_m - points_m.mean(axis=0)
         axes = np.linalg.svd(centred, full_matrices=False)[2]

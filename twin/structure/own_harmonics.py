@@ -11,10 +11,9 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from twin.arrays import Array
-from twin.joint import table_of_softening
+from twin.joint import Curve, table_of_softening
 from twin.structure.limits import LIMITS
-from twin.structure.mode_law import LayerModes, mode_functions
-from twin.structure.point_law import Curve, LayerPointLaw
+from twin.structure.mode_law import LayerModes, LayerPointLaw, mode_functions
 
 ORDERS = np.array([3, 5, 7])
 SAMPLES = 128
@@ -69,9 +68,7 @@ def _surroundings(modes: LayerModes, law: LayerPointLaw, X: Array) -> tuple[Arra
 
 def _acting(table: Curve, motion: Array, secant: Array, weights: Array, compliance: Array) -> Array:
     """Softening (x, p) that acts on the fundamentals, with the openings' harmonics in balance with the force's."""
-    last_m = float(table.knots[-1])
-    limit_m = 2.0 * max(last_m, float(np.abs(motion).max()))
-    force = table_of_softening(table, lambda x: table.by_log(x) / np.maximum(x, 1e-300), last_m, limit_m=limit_m)
+    force = table_of_softening(table, limit_m=2.0 * max(float(table.knots[-1]), float(np.abs(motion).max())))
     theta = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
     onto, back = np.exp(-1j * np.outer(theta, ORDERS)) * 2 / SAMPLES, np.exp(1j * np.outer(ORDERS, theta))
     sine = (motion[:, :, None] * np.exp(1j * theta)).real

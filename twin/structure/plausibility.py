@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.directions import AXES
+from twin.arrays import Array
 from twin.rigs import BeamPart, Place, Rig
 from twin.structure.drawn import drawn_parts
 from twin.structure.mesh import BeamMesh
@@ -47,8 +47,6 @@ class Plausible:
 
 
 USUAL = Plausible()
-
-Array = NDArray[np.float64]
 
 
 def implausible(modelled: ModelledRig) -> tuple[str, ...]:

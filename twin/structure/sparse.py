@@ -4,29 +4,27 @@ A matrix of few coordinates is dense all the same, :func:`handy`: there LAPACK i
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.sparse import block_diag as sparse_block_diag
 from scipy.sparse import csc_array, csr_array, issparse
 from scipy.sparse.linalg import splu
 
+from twin.arrays import Array
 from twin.structure.limits import LIMITS
 
-Matrix = NDArray[np.float64]
 
-
-def from_blocks(rows: NDArray[np.int64], columns: NDArray[np.int64], values: Matrix, size: int) -> csr_array:
+def from_blocks(rows: Array, columns: Array, values: Array, size: int) -> csr_array:
     """The sum of blocks (e, a, b) at rows (e, a) and columns (e, b), over `size` displacements."""
     at = np.broadcast_to(rows[:, :, None], values.shape), np.broadcast_to(columns[:, None, :], values.shape)
     return csr_array((values.ravel(), (at[0].ravel(), at[1].ravel())), shape=(size, size))
 
 
-def handy(A: csr_array) -> Matrix | csr_array:
+def handy(A: csr_array) -> Array | csr_array:
     """Dense where that is quicker."""
     return A.toarray() if A.shape[0] <= LIMITS.dense_up_to else A
 
 
-def with_square(A: Matrix | csr_array, scale: float, row: Matrix) -> Matrix | csr_array:
+def with_square(A: Array | csr_array, scale: float, row: Array) -> Array | csr_array:
     """A + scale row' row: a spring, a dashpot or a mass on one motion, (n,)."""
     if not issparse(A):
         return np.asarray(A + scale * np.outer(row, row))
@@ -34,11 +32,11 @@ def with_square(A: Matrix | csr_array, scale: float, row: Matrix) -> Matrix | cs
     return csr_array(A + scale * (of_row.T @ of_row))
 
 
-def with_coordinate(A: Matrix | csr_array, own: float = 0.0) -> Matrix | csr_array:
+def with_coordinate(A: Array | csr_array, own: float = 0.0) -> Array | csr_array:
     """A with one more coordinate, which meets no other."""
     return csr_array(sparse_block_diag([A, [[own]]])) if issparse(A) else np.asarray(block_diag(A, own))
 
 
-def solved(A: Matrix | csr_array, right: Matrix) -> Matrix:
+def solved(A: Array | csr_array, right: Array) -> Array:
     """Solutions (n, m) of a regular system."""
     return np.asarray(splu(csc_array(A)).solve(right) if issparse(A) else np.linalg.solve(A, right))

@@ -11,17 +11,16 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from recordings.directions import AXES
+from twin.arrays import Array
 from twin.rigs import Layout, Place
+from twin.structure.elements.thin_layer import LayerRows
 from twin.structure.matrix_coordinates import MatrixCoordinates
 from twin.structure.mesh import BeamMesh
 from twin.structure.node_field import NodeField
 from twin.structure.sparse import with_square
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,29 +28,31 @@ class JointOperators:
     """Strain operators of a joint's layer."""
 
     name: str
-    B_E: Matrix
-    B_G: Matrix
-    """KE = B_E' B_E and KG = B_G' B_G, (r, n) and (q, n)."""
-    normal_weight: Matrix
-    shear_weight: Matrix
-    """B_E / normal_weight is the opening in metres, B_G / shear_weight the slip, (r,) and (q,)."""
-    normal_at: Matrix
-    shear_at: Matrix
-    """Where along the joint its points lie, m, (r,) and (q,)."""
-    shear_direction: NDArray[np.int64]
-    """In which of the layer's directions a row slips, (q,): 0, or 1 across it."""
+    normal: LayerRows
+    shear: LayerRows
+    """Openings and slips over the structure's coordinates, m along the joint."""
     ends: tuple[float, float]
     """Where the layer begins and ends on that scale."""
-    points: Matrix
+    points: Array
     """Coordinates of the normal points, m, (r, 3)."""
 
     @property
-    def KE(self) -> Matrix:
+    def B_E(self) -> Array:
+        """KE = B_E' B_E, (r, n)."""
+        return self.normal.B
+
+    @property
+    def B_G(self) -> Array:
+        """KG = B_G' B_G, (q, n)."""
+        return self.shear.B
+
+    @property
+    def KE(self) -> Array:
         """Stiffness of the layer per unit of E'."""
         return self.B_E.T @ self.B_E
 
     @property
-    def KG(self) -> Matrix:
+    def KG(self) -> Array:
         """Stiffness of the layer per unit of G'."""
         return self.B_G.T @ self.B_G
 
@@ -61,24 +62,19 @@ class JointOperators:
         normal, shear = csr_array(self.B_E), csr_array(self.B_G)
         return csr_array(normal.T @ normal), csr_array(shear.T @ shear)
 
-    def over(self, basis: Matrix | csr_array) -> JointOperators:
+    def over(self, basis: Array | csr_array) -> JointOperators:
         """The same over other coordinates, x = basis z."""
-        return replace(self, B_E=self.B_E @ basis, B_G=self.B_G @ basis)
+        normal, shear = (replace(rows, B=rows.B @ basis) for rows in (self.normal, self.shear))
+        return replace(self, normal=normal, shear=shear)
 
     def with_gradient(self, gradient: float) -> JointOperators:
         """The same with moduli that vary along the layer as 1 - gradient (xi - 1/2), xi = 0 ... 1."""
         start, end = self.ends
         normal, shear = (
-            np.sqrt(np.maximum(1 - gradient * ((x - start) / (end - start) - 0.5), 1e-6))
-            for x in (self.normal_at, self.shear_at)
+            rows.scaled(np.sqrt(np.maximum(1 - gradient * ((rows.at - start) / (end - start) - 0.5), 1e-6)))
+            for rows in (self.normal, self.shear)
         )
-        return replace(
-            self,
-            B_E=normal[:, None] * self.B_E,
-            B_G=shear[:, None] * self.B_G,
-            normal_weight=normal * self.normal_weight,
-            shear_weight=shear * self.shear_weight,
-        )
+        return replace(self, normal=normal, shear=shear)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +84,7 @@ class Structure:
     sparse_M: csr_array
     sparse_K0: csr_array
     """Mass with the sensors' masses, and stiffness of the parts and supports without the joints, (n, n)."""
-    B_C: Matrix
+    B_C: Array
     """Rows of the viscous dampers between places, C = B_C' B_C, (d, n); modal damping comes beside them."""
     joints: tuple[JointOperators, ...]
     """In the rig file's order."""
@@ -98,7 +94,7 @@ class Structure:
     """Beams and parts given by matrices, by name, over all displacements."""
     sparse_basis: csr_array
     """All displacements of the parts from the coordinates, (N, n)."""
-    free: NDArray[np.int64]
+    free: Array
     """Which of the displacements the coordinates are, (n,)."""
 
     @property
@@ -107,17 +103,17 @@ class Structure:
         return int(self.sparse_M.shape[0])
 
     @cached_property
-    def M(self) -> Matrix:
+    def M(self) -> Array:
         """Mass, dense."""
         return np.asarray(self.sparse_M.toarray())
 
     @cached_property
-    def K0(self) -> Matrix:
+    def K0(self) -> Array:
         """Stiffness without the joints, dense."""
         return np.asarray(self.sparse_K0.toarray())
 
     @cached_property
-    def basis(self) -> Matrix:
+    def basis(self) -> Array:
         """All displacements from the coordinates, dense."""
         return np.asarray(self.sparse_basis.toarray())
 
@@ -126,7 +122,7 @@ class Structure:
         """The parts that were reduced when they were loaded."""
         return tuple(mesh for mesh in self.meshes.values() if isinstance(mesh, MatrixCoordinates))
 
-    def stiffness(self, E: float | Sequence[float] | Matrix, G: float | Sequence[float] | Matrix) -> Matrix:
+    def stiffness(self, E: float | Sequence[float] | Array, G: float | Sequence[float] | Array) -> Array:
         """K at moduli E', G' in N/m2: one for each joint, or one for all."""
         K = self.K0
         for joint, e, g in zip(
@@ -135,7 +131,7 @@ class Structure:
             K = K + e * joint.KE + g * joint.KG
         return K
 
-    def row(self, place: Place) -> Matrix:
+    def row(self, place: Place) -> Array:
         """Row c (n,) with c x what is read at a place: the displacement in its direction, or the strain of its surface.
 
         ValueError if the place is not on the structure.
@@ -144,18 +140,18 @@ class Structure:
             return self._strain(place)
         return self._translation(place, place.direction)
 
-    def translations(self, place: Place) -> Matrix:
+    def translations(self, place: Place) -> Array:
         """Rows (k, n) of the displacement there: along x and y of a plane beam, along z too of any other part."""
         mesh = self.meshes[place.part]
         plane = isinstance(mesh, BeamMesh) and not mesh.part.in_space
         return np.array([self._translation(place, axis) for name, axis in AXES.items() if name != "z" or not plane])
 
-    def _translation(self, place: Place, direction: Sequence[float]) -> Matrix:
+    def _translation(self, place: Place, direction: Sequence[float]) -> Array:
         mesh = self.meshes[place.part]
         shares = place.between or ((place.at, 1.0),)
         return sum((share * self._over(*mesh.translation(at, direction)) for at, share in shares), np.zeros(self.size))
 
-    def motion(self, place: Place, dof: str) -> Matrix:
+    def motion(self, place: Place, dof: str) -> Array:
         """Row of one motion at a place: along an axis, or a rotation about one.
 
         ValueError if the place does not move so, or has no rotation that is known: of beams, plane ones have.
@@ -177,7 +173,7 @@ class Structure:
         assert isinstance(mesh, MatrixCoordinates)
         return mesh.field
 
-    def surface_motion(self, place: Place, *, side: int) -> Matrix:
+    def surface_motion(self, place: Place, *, side: int) -> Array:
         """Row of the motion along a beam at its surface, half a thickness off the axis: +1 the left one, -1 the right.
 
         Of a part given by matrices there is no such surface: no motion.
@@ -188,17 +184,18 @@ class Structure:
         along = self.row(place.towards(mesh.part.axis))
         return along - side * mesh.part.thickness / 2 * self._over(*mesh.slope(place.at))
 
-    def _strain(self, place: Place) -> Matrix:
+    def _strain(self, place: Place) -> Array:
         """Row of the strain along a beam at the surface that faces in the place's direction, m/m.
 
         It is u' - s (h/2) v'', s = 1 for the left surface and -1 for the right one; with transverse shear the curvature
         is that of the section's rotation.
         """
-        mesh = self._beam(place)
+        mesh = self.meshes[place.part]
+        assert isinstance(mesh, BeamMesh)
         side = 1.0 if float(np.dot(place.direction, mesh.part.normal)) > 0 else -1.0
         return self._over(*mesh.strain(place.at, side=side))
 
-    def rigid_translation(self, direction: tuple[float, float, float]) -> Matrix:
+    def rigid_translation(self, direction: tuple[float, float, float]) -> Array:
         """Coordinates (n,) of a unit translation of everything that is not held."""
         whole = np.zeros(self.sparse_basis.shape[0])
         for mesh in self.meshes.values():
@@ -206,7 +203,7 @@ class Structure:
         return whole[self.free]
 
     @property
-    def transverse(self) -> NDArray[np.bool_]:
+    def transverse(self) -> Array:
         """Which coordinates are no displacement along a beam that lies along x."""
         along = np.zeros(self.sparse_basis.shape[0], bool)
         for mesh in self.meshes.values():
@@ -231,10 +228,5 @@ class Structure:
         joints = tuple(j.with_gradient(gradient) if n == joint else j for n, j in enumerate(self.joints))
         return replace(self, joints=joints)
 
-    def _beam(self, place: Place) -> BeamMesh:
-        mesh = self.meshes[place.part]
-        assert isinstance(mesh, BeamMesh)
-        return mesh
-
-    def _over(self, dofs: NDArray[np.int64], coefficients: Matrix) -> Matrix:
+    def _over(self, dofs: Array, coefficients: Array) -> Array:
         return np.asarray(coefficients @ self.sparse_basis[dofs])

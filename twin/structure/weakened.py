@@ -4,25 +4,23 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.rigs import BeamPart, Place, Rig
-from twin.structure.elements.beam import beam_stiffness, weakened_stiffness
-from twin.structure.elements.space_beam import space_element, twist_stiffness
+from twin.structure.elements.beam import beam_stiffness, rod_stiffness, weakened_stiffness
+from twin.structure.elements.space_beam import space_element
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class WeakenedSection:
     """What a weak section takes off the stiffness: `lost` (k,), N/m, on motions `forms` of all displacements (k, N)."""
 
-    forms: Matrix
-    lost: Matrix
+    forms: Array
+    lost: Array
 
-    def rows(self, structure: Structure) -> Matrix:
+    def rows(self, structure: Structure) -> Array:
         """The motions over a structure's coordinates, (k, n)."""
         return np.asarray(self.forms @ structure.sparse_basis)
 
@@ -49,18 +47,18 @@ def weakened_section(rig: Rig, structure: Structure, *, place: Place, factor: fl
     return WeakenedSection(np.array(forms), np.array(lost))
 
 
-def _change(beam: BeamPart, length: float, weak: tuple[float, float], factor: float) -> Matrix:
+def _change(beam: BeamPart, length: float, weak: tuple[float, float], factor: float) -> Array:
     """What an element's stiffness changes by, (6, 6) or (12, 12); half of its motions strain it."""
     section = {"EA": beam.youngs_modulus * beam.area, "length": length, "shear_ratio": beam.shear_ratio}
 
-    def bent(second_moment: float) -> Matrix:
+    def bent(second_moment: float) -> Array:
         own = {**section, "EI": beam.youngs_modulus * second_moment}
         return weakened_stiffness(**own, weak=weak, factor=factor) - beam_stiffness(**own)
 
     if not beam.in_space:
         return bent(beam.second_moment)
     softer = length / (length + (1 / factor - 1) * (weak[1] - weak[0])) - 1
-    twist = softer * twist_stiffness(GJ=beam.torsional_stiffness, length=np.array(length))
+    twist = softer * rod_stiffness(beam.torsional_stiffness, length)
     return space_element(bent(beam.second_moment), bent(beam.second_moment_across), twist)
 
 

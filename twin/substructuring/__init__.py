@@ -2,13 +2,3 @@
 
 from twin.substructuring.joint_identification import CoupledPrediction, JointFit, JointValues, identify_joints, predict
 from twin.substructuring.substructures import Substructures, gather_substructures
-
-__all__ = [
-    "CoupledPrediction",
-    "JointFit",
-    "JointValues",
-    "Substructures",
-    "gather_substructures",
-    "identify_joints",
-    "predict",
-]

@@ -16,8 +16,6 @@ import numpy as np
 
 from twin.arrays import Array
 
-__all__ = ["Coupled", "couple"]
-
 
 @dataclass(frozen=True, eq=False)
 class Coupled:

@@ -17,8 +17,6 @@ import numpy as np
 
 from twin.arrays import Array
 
-__all__ = ["Expansion"]
-
 
 @dataclass(frozen=True, eq=False)
 class Expansion:

@@ -26,8 +26,6 @@ from twin.substructuring.limits import LIMITS
 from twin.substructuring.measured_part import same_lines
 from twin.substructuring.substructures import Substructures
 
-__all__ = ["CoupledPrediction", "JointFit", "JointValues", "identify_joints", "predict"]
-
 Gap = tuple[str, str]
 """Connection and motion."""
 

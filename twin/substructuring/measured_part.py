@@ -15,8 +15,6 @@ from twin.rigs.substructures import MeasuredPart, SubstructuresRig
 from twin.substructuring.limits import LIMITS
 from twin.substructuring.synthesis import Synthesis, synthesise
 
-__all__ = ["measured_receptance", "same_lines"]
-
 Measured = dict[tuple[str, str], list[tuple[float, FoundResponse]]]
 """Responses with their signs by the two points, in the order of their names."""
 

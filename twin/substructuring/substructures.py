@@ -19,8 +19,6 @@ from twin.substructuring.expansion import Expansion
 from twin.substructuring.measured_part import measured_receptance, same_lines
 from twin.substructuring.synthesis import Synthesis
 
-__all__ = ["MeasuredSubstructure", "Substructures", "gather_substructures"]
-
 
 @dataclass(frozen=True, eq=False)
 class MeasuredSubstructure:

@@ -24,8 +24,6 @@ from twin.identify.linear.blocks import Blocks
 from twin.identify.modes import ModalFit, fit_modes
 from twin.substructuring.limits import LIMITS
 
-__all__ = ["Synthesis", "synthesise"]
-
 
 @dataclass(frozen=True, eq=False)
 class Synthesis:

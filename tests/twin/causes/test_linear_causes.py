@@ -169,7 +169,7 @@ def test_joint_uneven(compare, by_hand, structure, baseline, omega):
     begin = rig.lower.length - rig.joint.overlap
     normal, shear = (
         1 - gradient * ((x - begin) / rig.joint.overlap - 0.5)
-        for x in (structure.joints[0].normal_at, structure.joints[0].shear_at)
+        for x in (structure.joints[0].normal.at, structure.joints[0].shear.at)
     )
     assert normal[0] > 1.4 > 0.6 > normal[-1]
     KE, KG = ((B.T * w) @ B for B, w in ((structure.joints[0].B_E, normal), (structure.joints[0].B_G, shear)))

@@ -17,7 +17,7 @@ from twin.cli import main
 from twin.commands.diagnose import command
 from twin.lab.diagnosed_tables import DiagnosedTables
 from twin.rigs import load_rig
-from twin.rigs.kinds import load_any_rig
+from twin.rigs.store import load_any_rig
 
 SWEEPS = Path(__file__).parents[2] / "data" / "brake-reuss" / "response_control.csv"
 HEAD = "mode,frequency_Hz\n"

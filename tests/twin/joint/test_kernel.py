@@ -1,9 +1,10 @@
-"""The laws as compiled kernels see them against their own paths."""
+"""The laws as compiled kernels see them against their own formulas."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from law_paths import law_path
 
 from twin.joint import (
     Cubic,
@@ -44,8 +45,9 @@ def marched(law, evaluate_one, remember_one):
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
-def test_force_follows_the_laws_path(law):
+def test_force_follows_the_laws_formula(law):
     force, _ = marched(law, evaluate, remember)
+    np.testing.assert_allclose(force, law_path(law, STEPS), rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(force, law.force_history(STEPS), rtol=1e-9, atol=1e-12)
 
 

@@ -12,7 +12,7 @@ from twin.joint.kernel import evaluate, remember
 from twin.joint.kinds import FORCE_FACTOR, FUNCTIONS, POLYNOMIAL, RUNNING_LOSS, SLIDERS
 from twin.response import HarmonicBalance
 from twin.response.aft import BESIDE, MOST_PERIODS, SETTLED, loss_gain, running
-from twin.response.continuation import AIM, BEND, CONTRACTION, FADED, KINK, LEAST_TURN, SHORTEST, turns_beyond
+from twin.response.continuation import AIM, BEND, CONTRACTION, FADED, KINK, LEAST_TURN, SHORTEST, Course, turns_beyond
 from twin.response.kernel import ROUNDING
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
 from twin.response.system import System
@@ -199,11 +199,10 @@ def _advance(
 
 
 def follow(
-    s: System, start: Matrix, begin: float, end: float, held: float, by_drive: bool, span: float, step: float,
-    landing: bool, tolerance: float, corrections: int, X: Matrix, P: Matrix, F: Matrix,
-    iterations: NDArray[np.int64],
-) -> tuple[int, int]:  # fmt: skip
+    s: System, start: Matrix, course: Course, X: Matrix, P: Matrix, F: Matrix, iterations: NDArray[np.int64]
+) -> tuple[int, int]:
     """As the compiled one."""
+    begin, end, held, by_drive, span, step, landing, tolerance, corrections = course
     low, high = sorted((begin, end))
     h, target, largest = step / 10, end / span, np.zeros(F.shape[1])
     unit = _drive_slope(s, held, len(start)) if by_drive else None

@@ -49,7 +49,7 @@ def test_a_part_and_its_nodes(files):
     assert part.nodes.tolist() == [7, 12]
     np.testing.assert_array_equal(part.coordinates, [[0.5, 0, 0], [0, 0.1, 0.2]])
     assert part.rows == {(12, "x"): 0, (7, "y"): 1, (12, "rz"): 2}
-    assert (part.row(12, "rz"), part.row(12, "y"), part.row(99, "x")) == (2, None, None)
+    assert (part.rows.get((12, "rz")), part.rows.get((12, "y")), part.rows.get((99, "x"))) == (2, None, None)
     np.testing.assert_array_equal(part.coordinates_of(12), [0, 0.1, 0.2])
     for unknown in (1, 8, 99):
         with pytest.raises(KeyError):

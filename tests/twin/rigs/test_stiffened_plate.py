@@ -71,13 +71,13 @@ def test_no_rigid_motion_strains_a_part_or_the_joint(rig, plate):
     joint = plate.joints[0]
     assert joint.B_E.shape[0] == 27
     assert joint.B_G.shape[0] == 54
-    assert np.abs(joint.B_E @ motions).max() < 1e-10 * joint.normal_weight.min()
-    assert np.abs(joint.B_G @ motions).max() < 1e-10 * joint.shear_weight.min()
+    assert np.abs(joint.B_E @ motions).max() < 1e-10 * joint.normal.weight.min()
+    assert np.abs(joint.B_G @ motions).max() < 1e-10 * joint.shear.weight.min()
 
 
 def test_each_area_of_a_bolt_is_shared_out_among_its_pairs(plate):
     joint = plate.joints[0]
-    areas = joint.normal_weight**2 * plate.layout.joints[0].layer_height
+    areas = joint.normal.weight**2 * plate.layout.joints[0].layer_height
     np.testing.assert_allclose(areas.reshape(3, 9).sum(axis=1), 0.020 * 0.020, rtol=1e-9)
 
 

@@ -6,14 +6,13 @@ from beam_rows import deflection
 from scipy.linalg import eig
 
 from studies.tables import load_study
-from twin.joint import steel_loss, steel_softening
+from twin.joint import Curve, steel_loss, steel_softening
 from twin.rigs import LawTable, LayerLawTable, load_rig
 from twin.structure import assemble, layer_points
 from twin.structure.law_of_mode import layer_law_of_mode
 from twin.structure.law_table import layer_table
 from twin.structure.mode_law import LayerModes, mode_functions
 from twin.structure.modelled_rig import modelled_rig
-from twin.structure.point_law import Curve
 
 STEEL = load_rig("steel-lap-joint")
 MODULI = STEEL.joint.preload["120N"]

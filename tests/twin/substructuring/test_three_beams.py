@@ -21,7 +21,7 @@ from three_beams import (
 from recordings.errors import InputError
 from recordings.responses import read_responses
 from twin.lab.coupled import couple
-from twin.rigs.substructures import load_substructures
+from twin.rigs.store import load_substructures
 from twin.substructuring import gather_substructures, identify_joints, predict
 
 POINTS = ["b1", "b2", "b3", "b4"]

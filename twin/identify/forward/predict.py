@@ -20,9 +20,9 @@ from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import MeasuredData, no_steps, reference_output
 from twin.identify.nonlinear.joint_law import LayerLaw
+from twin.joint import Curve
 from twin.rigs import LawTable, LayerLawTable, Rig
 from twin.structure.law_table import layer_table
-from twin.structure.point_law import Curve
 
 GRID_POINTS = 240
 TURNS, HALVINGS = 30, 60

@@ -1,14 +1,13 @@
 """Nodes of two parts that face each other across a joint, with the area that each pair stands for."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import Delaunay, KDTree, QhullError
 
+from twin.arrays import Array
 from twin.rigs.imported.part import ImportedPart
+from twin.rigs.imported.units import usual_spacing
 from twin.rigs.limits import LIMITS
 from twin.rigs.matrix_files import PAIR_LIMIT, NodePairs
-
-Array = NDArray[np.float64]
 
 
 def facing_pairs(a: ImportedPart, b: ImportedPart) -> NodePairs | None:
@@ -19,7 +18,7 @@ def facing_pairs(a: ImportedPart, b: ImportedPart) -> NodePairs | None:
     place_a, place_b = a.matrices.coordinates, b.matrices.coordinates
     if min(len(place_a), len(place_b)) < 2:
         return None
-    spacing = min(_spacing(place_a), _spacing(place_b))
+    spacing = min(usual_spacing(place_a), usual_spacing(place_b))
     away, to_b = KDTree(place_b).query(place_a)
     back = KDTree(place_a).query(place_b)[1]
     mutual = np.flatnonzero((away <= LIMITS.facing_gap * spacing) & (back[to_b] == np.arange(len(place_a))))
@@ -38,11 +37,6 @@ def facing_pairs(a: ImportedPart, b: ImportedPart) -> NodePairs | None:
         a.matrices.nodes[mutual][used], b.matrices.nodes[to_b[mutual]][used], shares[used],
         np.tile(normal, (int(np.count_nonzero(used)), 1)),
     )  # fmt: skip
-
-
-def _spacing(places: Array) -> float:
-    """Usual distance from a node to the next."""
-    return float(np.median(KDTree(places).query(places, k=2)[0][:, 1]))
 
 
 def _areas(points: Array) -> tuple[Array, Array]:

@@ -4,16 +4,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from twin.rigs.imported.units import UNITS, Units, model_scale
+from twin.rigs.layout import DOFS
 from twin.rigs.limits import LIMITS
 from twin.rigs.matrices.found import FoundMatrix
 from twin.rigs.matrix_files import PartMatrices, labelled_rows, read_matrix_pair
-from twin.rigs.node_tables import DOFS, NodeTable, read_node_table
-
-Array = NDArray[np.float64]
+from twin.rigs.node_tables import NodeTable, read_node_table
 
 NODES_BESIDE = {".sti": ".inp", ".pch": ".pch"}
 """Where the nodes stand if no file of them is given, by the stiffness's suffix: the program's own input."""

@@ -8,7 +8,7 @@ import numpy as np
 from recordings.directions import AXES
 from recordings.errors import InputError
 from twin.rigs.imported.part import ImportedPart
-from twin.rigs.node_tables import DOFS
+from twin.rigs.layout import DOFS
 
 
 @dataclass(frozen=True)

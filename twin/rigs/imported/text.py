@@ -3,6 +3,7 @@
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -59,13 +60,8 @@ def rig_text(rig: RigContents) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    environment.filters.update(quoted=_quoted, plain=_plain)
+    environment.filters.update(quoted=partial(json.dumps, ensure_ascii=False), plain=_plain)
     return environment.get_template("rig.toml.jinja").render(rig=rig)
-
-
-def _quoted(text: str) -> str:
-    """A TOML string."""
-    return json.dumps(text, ensure_ascii=False)
 
 
 def _plain(text: str) -> str:

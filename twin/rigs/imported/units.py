@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
+from twin.arrays import Array
 from twin.rigs.limits import LIMITS
+from twin.rigs.matrices.found import scaled
 
-Array = NDArray[np.float64]
 Rows = Mapping[tuple[int, str], int]
 
 
@@ -37,12 +37,7 @@ class Units:
         """Mass and stiffness in SI units: rotations stay as they are, all else becomes metres."""
         scale = np.full(M.shape[0], 1 / self.length_m)
         scale[[row for (_, dof), row in rows.items() if dof in ("rx", "ry", "rz")]] = 1.0
-        found = []
-        for matrix, factor in ((M, self.energy_J * self.time_s**2), (K, self.energy_J)):
-            entries = matrix.tocoo()
-            entries.data = factor * entries.data * scale[entries.row] * scale[entries.col]
-            found.append(csr_array(entries))
-        return found[0], found[1]
+        return self.energy_J * self.time_s**2 * scaled(M, scale), self.energy_J * scaled(K, scale)
 
 
 UNITS = {
@@ -103,5 +98,9 @@ def model_scale(M: csr_array, K: csr_array, coordinates: Array, rows: Rows) -> M
     felt = (mass > 0) & (stiffness > 0)
     if not np.any(felt) or len(places) < 2:
         return ModelScale(size, np.nan)
-    spacing = float(np.median(KDTree(places).query(places, k=2)[0][:, 1]))
-    return ModelScale(size, spacing * float(np.sqrt(np.quantile(stiffness[felt] / mass[felt], 0.9))))
+    return ModelScale(size, usual_spacing(places) * float(np.sqrt(np.quantile(stiffness[felt] / mass[felt], 0.9))))
+
+
+def usual_spacing(places: Array) -> float:
+    """Usual distance from a node (n, 3) to the next."""
+    return float(np.median(KDTree(places).query(places, k=2)[0][:, 1]))

@@ -6,16 +6,17 @@ from typing import BinaryIO
 import numpy as np
 
 from recordings.errors import InputError
+from twin.arrays import Array
 from twin.rigs.limits import LIMITS
 from twin.rigs.matrices.found import (
     NODE_LIMIT,
-    Array,
     FoundMatrix,
-    Integers,
     Role,
+    by_label,
     from_entries,
     from_labelled,
     labels_of,
+    scaled,
 )
 from twin.rigs.matrices.numbers import number_table, whole_numbers
 
@@ -62,10 +63,9 @@ def _at_rest(found: FoundMatrix) -> FoundMatrix:
     held = np.flatnonzero(found.matrix.diagonal() >= LIMITS.abaqus_held)
     if not len(held):
         return found
-    entries = found.matrix.tocoo()
-    free = ~(np.isin(entries.row, held) | np.isin(entries.col, held))
-    entries.data[~free] = 0.0
-    return FoundMatrix(entries.tocsr(), found.labels, held)
+    free = np.ones(found.matrix.shape[0])
+    free[held] = 0.0
+    return FoundMatrix(scaled(found.matrix, free), found.labels, held)
 
 
 def _substructure(path: Path, data: bytes, role: Role) -> FoundMatrix:
@@ -109,7 +109,7 @@ def _substructure(path: Path, data: bytes, role: Role) -> FoundMatrix:
     return _triangle(path, labels, number_table(path, b"\n".join(entries), columns=1)[:, 0], chosen)
 
 
-def _labels_of_element(path: Path, nodes: list[int], dofs: dict[int, list[int]]) -> Integers:
+def _labels_of_element(path: Path, nodes: list[int], dofs: dict[int, list[int]]) -> Array:
     """A label for each row: position by position, the last list of degrees of freedom holds until there is another."""
     active: list[int] = []
     found = []
@@ -120,17 +120,12 @@ def _labels_of_element(path: Path, nodes: list[int], dofs: dict[int, list[int]])
     labels = labels_of(keys[:, 0], keys[:, 1])
     if not len(labels):
         raise InputError(path, "", "names no nodes of its element", "keep the lines from *USER ELEMENT on")
-    if len(np.unique(labels)) < len(labels):
-        raise InputError(path, "*USER ELEMENT", "names a degree of freedom twice", "export it again")
     return labels
 
 
-def _triangle(path: Path, labels: Integers, values: Array, name: str) -> FoundMatrix:
+def _triangle(path: Path, labels: Array, values: Array, name: str) -> FoundMatrix:
     n = len(labels)
     if len(values) != n * (n + 1) // 2:
         reason = f"{name}: {len(values)} entries; {n} degrees of freedom need {n * (n + 1) // 2} of one triangle"
         raise InputError(path, "*MATRIX", reason, "export it again")
-    row, column = np.tril_indices(n)
-    order = np.argsort(labels)
-    matrix = from_entries(path, row, column, values, n)
-    return FoundMatrix(matrix[order][:, order], labels[order])
+    return by_label(path, from_entries(path, *np.tril_indices(n), values, n), labels, "*USER ELEMENT")

@@ -7,8 +7,9 @@ import numpy as np
 
 from recordings.errors import InputError
 from recordings.reader import open_input
+from twin.arrays import Array
 from twin.rigs.limits import LIMITS
-from twin.rigs.matrices.found import NODE_LIMIT, ORDER_LIMIT, FoundMatrix, Integers, Role, from_entries, labels_of
+from twin.rigs.matrices.found import NODE_LIMIT, ORDER_LIMIT, FoundMatrix, Role, by_label, from_entries, labels_of
 from twin.rigs.matrices.numbers import number_table, whole_numbers
 
 ROLES = {".mas": "mass", ".sti": "stiffness"}
@@ -26,14 +27,11 @@ def read_calculix(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:
     table = number_table(path, stream.read(), columns=3)
     places = whole_numbers(path, table[:, :2], "row or column") - 1
     labels = _labels(path.with_suffix(".dof"))
-    if len(np.unique(labels)) < len(labels):
-        raise InputError(path.with_suffix(".dof"), "", "a degree of freedom stands twice", "export it again")
-    order = np.argsort(labels)
     matrix = from_entries(path, places[:, 0], places[:, 1], table[:, 2], len(labels))
-    return FoundMatrix(matrix[order][:, order], labels[order])
+    return by_label(path.with_suffix(".dof"), matrix, labels)
 
 
-def _labels(path: Path) -> Integers:
+def _labels(path: Path) -> Array:
     """Node and direction of each row, as ``node.direction``."""
     with open_input(path) as stream:
         text = stream.read(ORDER_LIMIT * 64).decode("latin-1")  # characters a line at most

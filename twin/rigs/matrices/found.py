@@ -8,14 +8,12 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array, tril, triu
+from scipy.sparse import coo_array, csr_array, diags_array, tril, triu
 
 from recordings.errors import InputError
+from twin.arrays import Array
 from twin.rigs.limits import LIMITS
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Role = Literal["mass", "stiffness"]
 
 SIZE_LIMIT_BYTES = 512 << 20
@@ -30,13 +28,13 @@ class FoundMatrix:
 
     matrix: csr_array
     """Both halves, in the file's units, (n, n)."""
-    labels: Integers | None = None
+    labels: Array | None = None
     """Node times `found_components` plus component of every row, rising, (n,); components 1 to 6 are x, y, z, rx, ry,
     rz, any other is internal."""
-    held: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
+    held: Array = field(default_factory=lambda: np.zeros(0, np.int64))
     """Rows that the program holds at rest; their entries are zero."""
 
-    def among(self, labels: Integers) -> FoundMatrix:
+    def among(self, labels: Array) -> FoundMatrix:
         """The same matrix between the rows of these labels, which are its own and others."""
         assert self.labels is not None
         at, entries = np.searchsorted(labels, self.labels), self.matrix.tocoo()
@@ -53,7 +51,7 @@ def check_shape(path: Path, shape: Sequence[int]) -> None:
         raise InputError(path, "", f"is of order {shape[0]}; 1 to {ORDER_LIMIT} are allowed", "reduce the part first")
 
 
-def from_entries(path: Path, row: Integers, column: Integers, value: Array, order: int) -> csr_array:
+def from_entries(path: Path, row: Array, column: Array, value: Array, order: int) -> csr_array:
     """The whole symmetric matrix from entries of it, or of one triangle of it in any order of the rows.
 
     InputError if the order is not allowed, an entry lies outside or stands twice.
@@ -73,13 +71,28 @@ def from_entries(path: Path, row: Integers, column: Integers, value: Array, orde
     return whole
 
 
-def from_labelled(path: Path, row: Integers, column: Integers, value: Array) -> FoundMatrix:
+def from_labelled(path: Path, row: Array, column: Array, value: Array) -> FoundMatrix:
     """The matrix of entries between labels, see :class:`FoundMatrix`."""
     labels, index = np.unique(np.concatenate([row, column]), return_inverse=True)
     return FoundMatrix(from_entries(path, index[: len(row)], index[len(row) :], value, len(labels)), labels)
 
 
-def labels_of(nodes: Integers, components: Integers) -> Integers:
+def by_label(path: Path, matrix: csr_array, labels: Array, place: str = "") -> FoundMatrix:
+    """A matrix whose rows have these labels, in their rising order; InputError at `place` if one stands twice."""
+    if len(np.unique(labels)) < len(labels):
+        raise InputError(path, place, "a degree of freedom stands twice", "export it again")
+    order = np.argsort(labels)
+    return FoundMatrix(matrix[order][:, order], labels[order])
+
+
+def scaled(matrix: csr_array, factor: Array) -> csr_array:
+    """The matrix between coordinates that are so many times the former ones, (n,); its zeros removed."""
+    whole = csr_array(diags_array(factor) @ matrix @ diags_array(factor))
+    whole.eliminate_zeros()
+    return whole
+
+
+def labels_of(nodes: Array, components: Array) -> Array:
     """The labels of nodes and components."""
     return nodes * LIMITS.found_components + components
 

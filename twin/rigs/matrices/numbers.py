@@ -5,11 +5,9 @@ import re
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.errors import InputError
-
-Array = NDArray[np.float64]
+from twin.arrays import Array
 
 _BARE_EXPONENT = re.compile(r"(?<=[0-9.])(?=[+-])")
 
@@ -46,7 +44,7 @@ def number_table(path: Path, data: bytes, *, columns: int) -> Array:
     raise InputError(path, "", "holds no numbers", "export it again")
 
 
-def whole_numbers(path: Path, values: Array, what: str) -> NDArray[np.int64]:
+def whole_numbers(path: Path, values: Array, what: str) -> Array:
     """The same as integers; InputError if one is not a whole number of less than 16 digits."""
     good = np.isfinite(values) & (np.abs(values) < 1e15) & (values == np.floor(values))
     if not np.all(good):

@@ -5,9 +5,8 @@ and across both, and rotations about them.  Bending along the normal goes with t
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Matrix = NDArray[np.float64]
+from twin.arrays import Array
 
 AXIAL, TWIST = [0, 6], [3, 9]
 BENT, BENT_ACROSS = [1, 5, 7, 11], [2, 4, 8, 10]
@@ -17,10 +16,9 @@ AGAINST = np.array([1.0, -1.0, 1.0, -1.0])
 PLANE = [0, 1, 5, 6, 7, 11]
 """Places of a plane element's degrees of freedom, along axis and normal."""
 _BENDING = np.array([1, 2, 4, 5])
-_TWIST_STIFFNESS, _TWIST_MASS = np.array([[1.0, -1], [-1, 1]]), np.array([[2.0, 1], [1, 2]]) / 6
 
 
-def space_element(plane: Matrix, across: Matrix, twist: Matrix) -> Matrix:
+def space_element(plane: Array, across: Array, twist: Array) -> Array:
     """A matrix of elements in space, (..., 12, 12).
 
     Parameters
@@ -35,13 +33,3 @@ def space_element(plane: Matrix, across: Matrix, twist: Matrix) -> Matrix:
     for dofs, own in ((PLANE, plane), (BENT_ACROSS, mirrored), (TWIST, twist)):
         whole[..., np.array(dofs)[:, None], np.array(dofs)] = own
     return whole
-
-
-def twist_stiffness(*, GJ: float, length: Matrix) -> Matrix:
-    """Between the rotations about the axis of elements of torsional stiffness GJ (N m2), (e, 2, 2)."""
-    return GJ / np.asarray(length)[..., None, None] * _TWIST_STIFFNESS
-
-
-def twist_mass(*, inertia_per_length: float, length: Matrix) -> Matrix:
-    """The same of the mass; the density times the polar second moment of area, kg m."""
-    return inertia_per_length * np.asarray(length)[..., None, None] * _TWIST_MASS

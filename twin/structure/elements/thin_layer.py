@@ -9,35 +9,64 @@ with u linear and v cubic along the element, as in the beams.  Each Gauss point 
 operators B_E and B_G, so that K = E' B_E' B_E + G' B_G' B_G: affine in the moduli and of low rank.
 """
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from twin.structure.elements.beam import deflection_shape, gauss, slope_shape
+from twin.arrays import Array
+from twin.structure.elements.beam import deflection_shape, gauss
 from twin.structure.elements.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS, TWIST
 from twin.structure.limits import LIMITS
 
 
-@dataclass(frozen=True)
-class ThinLayerElement:
-    """Strain operators of one element, weighted so that K = E' B_E' B_E + G' B_G' B_G.
+@dataclass(frozen=True, eq=False)
+class LayerRows:
+    """Openings of a layer at its Gauss points, or slips, as strain operators: a modulus E makes K = E B' B."""
+
+    B: Array
+    """Rows sqrt(weight t / h) times the motion, (r, n)."""
+    weight: Array
+    """The factors sqrt(weight t / h) themselves: a row divided by its factor is the motion in metres, (r,)."""
+    at: Array
+    """Where along an element, 0..1, or along a joint, m, each row is taken, (r,)."""
+    direction: Array
+    """Which way it moves, (r,): 0, or 1 for a slip across the beams."""
+
+    @staticmethod
+    def joined(pieces: Iterable[LayerRows]) -> LayerRows:
+        """Those of pieces, one after the other."""
+        return LayerRows(
+            *(np.concatenate(each) for each in zip(*(vars(piece).values() for piece in pieces), strict=True))
+        )
+
+    @property
+    def metres(self) -> Array:
+        """Rows with the motions themselves, (r, n)."""
+        return self.B / self.weight[:, None]
+
+    def chosen(self, which: Array | slice) -> LayerRows:
+        """Some of the rows."""
+        return LayerRows(self.B[which], self.weight[which], self.at[which], self.direction[which])
+
+    def scaled(self, factor: Array) -> LayerRows:
+        """The same where the layer's modulus is `factor` squared of what it is, (r,)."""
+        return replace(self, B=factor[:, None] * self.B, weight=factor * self.weight)
+
+
+class ThinLayerElement(NamedTuple):
+    """Rows of one element.
 
     DOFs: (u1, v1, theta1, u2, v2, theta2) of the bottom beam's element, then of the top beam's.
     """
 
-    B_E: NDArray[np.float64]
-    """Rows sqrt(weight t / h) times the opening dv, (4, 12)."""
-    B_G: NDArray[np.float64]
-    """Rows sqrt(weight t / h) times the slip, (3, 12)."""
-    normal_weight: NDArray[np.float64]
-    shear_weight: NDArray[np.float64]
-    """The factors sqrt(weight t / h) themselves: a row divided by its factor is the opening or slip in metres."""
-    normal_at: NDArray[np.float64]
-    shear_at: NDArray[np.float64]
-    """Where along the element each row is taken, 0..1."""
-    shear_direction: NDArray[np.int64] | None = None
-    """Which way each row of B_G slips: 0 along the beams, 1 across them; None of plane beams, which slip along only."""
+    normal: LayerRows
+    """Of the opening dv, (4, 12)."""
+    shear: LayerRows
+    """Of the slip, (3, 12)."""
 
 
 def thin_layer(
@@ -49,13 +78,16 @@ def thin_layer(
     normal_weight, shear_weight = (np.sqrt(weight * length * width / height) for weight in (normal, shear))
     opening, slip = np.zeros((len(normal), 12)), np.zeros((len(shear), 12))
     for row, xi in zip(opening, normal_at, strict=True):
-        row[bottom_v], row[6 + bottom_v] = -deflection_shape(xi, length), deflection_shape(xi, length)
+        row[6 + bottom_v] = deflection_shape(xi, length)
+        row[bottom_v] = -row[6 + bottom_v]
     for row, xi in zip(slip, shear_at, strict=True):
         row[bottom_u], row[6 + bottom_u] = [-(1 - xi), -xi], [1 - xi, xi]
-        row[bottom_v] = bottom_thickness / 2 * slope_shape(xi, length)
-        row[6 + bottom_v] = top_thickness / 2 * slope_shape(xi, length)
-    opening, slip = normal_weight[:, None] * opening, shear_weight[:, None] * slip
-    return ThinLayerElement(opening, slip, normal_weight, shear_weight, normal_at, shear_at)
+        slope = deflection_shape(xi, length, 1)
+        row[bottom_v], row[6 + bottom_v] = bottom_thickness / 2 * slope, top_thickness / 2 * slope
+    return ThinLayerElement(*(
+        LayerRows(weight[:, None] * rows, weight, at, np.zeros(len(at), np.int64))
+        for rows, weight, at in ((opening, normal_weight, normal_at), (slip, shear_weight, shear_at))
+    ))  # fmt: skip
 
 
 def space_thin_layer(
@@ -64,28 +96,33 @@ def space_thin_layer(
     """The same between beams in space, whose sections are rigid; it opens unevenly across its width as they twist.
 
     DOFs: (u, v, w, phi, psi, theta) of both nodes of the bottom beam's element, then of the top beam's, as in
-    :mod:`twin.structure.elements.space_beam`.  B_E is (8, 24), B_G (16, 24).
+    :mod:`twin.structure.elements.space_beam`.  There are 8 openings and 16 slips.
     """
     opening, slip, weights, at = [], [], [], []
     for xi, weight in zip(*gauss(LIMITS.normal_points), strict=True):
         for across in (-width / np.sqrt(12), width / np.sqrt(12)):
-            top = _surface_motion(xi, length, height=-top_thickness / 2, across=across)
-            bottom = _surface_motion(xi, length, height=bottom_thickness / 2, across=across)
             factor = np.sqrt(weight * length * width / height / 2)
-            along, apart, sideways = factor * np.hstack([-bottom, top])
+            along, apart, sideways = factor * _relative(xi, length, bottom_thickness, top_thickness, across)
             opening.append(apart)
             slip += [along, sideways]
             weights.append(factor)
             at.append(xi)
-    each = np.array(weights), np.repeat(weights, 2), np.array(at), np.repeat(at, 2)
-    return ThinLayerElement(np.array(opening), np.array(slip), *each, np.tile([0, 1], len(weights)))
+    return ThinLayerElement(
+        LayerRows(np.array(opening), np.array(weights), np.array(at), np.zeros(len(at), np.int64)),
+        LayerRows(np.array(slip), np.repeat(weights, 2), np.repeat(at, 2), np.tile([0, 1], len(at))),
+    )
 
 
-def _surface_motion(xi: float, length: float, *, height: float, across: float) -> NDArray[np.float64]:
-    """Rows (3, 12) of the motion along axis, normal and across of a section's point, so far off the axis."""
-    rows, linear = np.zeros((3, 12)), np.array([1 - xi, xi])
-    rows[0, AXIAL], rows[0, BENT] = linear, -height * slope_shape(xi, length)
-    rows[0, BENT_ACROSS] = -across * slope_shape(xi, length) * AGAINST
-    rows[1, BENT], rows[1, TWIST] = deflection_shape(xi, length), -across * linear
-    rows[2, BENT_ACROSS], rows[2, TWIST] = deflection_shape(xi, length) * AGAINST, height * linear
-    return rows
+def _relative(xi: float, length: float, bottom: float, top: float, across: float) -> Array:
+    """Rows (3, 24) of the top beam's surface against the bottom's, along axis, normal and across both.
+
+    The beams are so thick, and the point of their sections lies so far across the axes.
+    """
+    rows, linear = np.zeros((2, 3, 12)), np.array([1 - xi, xi])
+    bent, slope = deflection_shape(xi, length), deflection_shape(xi, length, 1)
+    for own, side, height in zip(rows, (-1.0, 1.0), (bottom / 2, -top / 2), strict=True):
+        own[0, AXIAL], own[0, BENT], own[0, BENT_ACROSS] = linear, -height * slope, -across * slope * AGAINST
+        own[1, BENT], own[1, TWIST] = bent, -across * linear
+        own[2, BENT_ACROSS], own[2, TWIST] = bent * AGAINST, height * linear
+        own *= side
+    return np.hstack([*rows])

@@ -18,7 +18,7 @@ from twin.identify.residuals.frequency_model import FrequencyModel, sound_errors
 from twin.identify.residuals.natural_frequencies import measured_frequencies
 from twin.rigs import load_rig
 from twin.rigs.beam import BeamRig
-from twin.rigs.kinds import load_any_rig
+from twin.rigs.store import load_any_rig
 from twin.structure import assemble, normal_modes
 
 BEAM = BeamRig.model_validate(

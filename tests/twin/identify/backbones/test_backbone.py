@@ -15,8 +15,8 @@ from twin.identify.backbones.modal_prediction import modal_receptance, predict_f
 from twin.identify.backbones.modal_table import identify_sweep_table, read_sweeps
 from twin.identify.backbones.robust_curve import fit_robust_curve
 from twin.lab import load_rig
-from twin.rigs.kinds import load_any_rig, save_any_rig
 from twin.rigs.modal import ModalLaw
+from twin.rigs.store import load_any_rig, save_rig
 
 TABLE = Path(__file__).parents[3] / "data" / "brake-reuss" / "response_control.csv"
 
@@ -156,7 +156,7 @@ def test_brake_reuss_bands_hold_the_measured_sweeps(beam):
 
 def test_a_modal_model_survives_its_file_and_rubbish_is_refused(beam, tmp_path):
     path = tmp_path / "model.toml"
-    save_any_rig(beam, path)
+    save_rig(beam, path)
     assert load_any_rig(path) == beam
     path.write_text(path.read_text().replace("modal_mass_kg = ", "modal_mass_kg = -"))
     with pytest.raises(InputError, match=r"law\.modal_mass_kg"):
@@ -183,7 +183,7 @@ def test_other_conventions_of_the_phase_and_none_at_all_give_the_same_mode(conve
 def test_table_to_model_to_response(tmp_path):
     model = identify_sweep_table(TABLE, load_any_rig("brake-reuss"))
     assert model.name == "brake-reuss"
-    save_any_rig(model, tmp_path / "model.toml")
+    save_rig(model, tmp_path / "model.toml")
     response = load_rig(tmp_path / "model.toml").predict(np.linspace(79.5, 81, 31), force_N=1.0).response
     write_response(response, tmp_path / "response.csv")
     table = np.genfromtxt(tmp_path / "response.csv", delimiter=",", names=True)

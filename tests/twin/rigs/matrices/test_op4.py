@@ -8,8 +8,7 @@ import pytest
 
 from recordings import InputError
 from twin.rigs.matrices import read_matrix
-from twin.rigs.matrices.op4_binary import binary_matrices
-from twin.rigs.matrices.op4_text import text_matrices
+from twin.rigs.matrices.op4 import op4_matrices
 
 K = np.array([[3.0, -2.0, 0.0], [-2.0, 5.0, -3.0], [0.0, -3.0, 3.5]])
 DENSE = (
@@ -35,7 +34,7 @@ def test_files_of_nastran_in_every_form_are_read_as_pyyeti_reads_them(yeti):
             data = path.read_bytes()
             if path.stem.endswith("badname"):
                 continue
-            found = {m.name: m for m in (binary_matrices if b"\0" in data[:24] else text_matrices)(path, data)}
+            found = {m.name: m for m in op4_matrices(path, data)}
             for name, expected in zip(*yeti.read(str(path), into="list")[:2], strict=True):
                 if np.iscomplexobj(expected):
                     continue

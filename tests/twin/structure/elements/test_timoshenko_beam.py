@@ -8,9 +8,6 @@ from studies.shear_derivatives import timoshenko_mass_derivative, timoshenko_sti
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
 from twin.structure.elements.beam import beam_mass, beam_stiffness
-from twin.structure.elements.timoshenko import (
-    timoshenko_mass,
-)
 
 
 def exact_free_free(*, E, rho, length, height, shear_ratio, count):
@@ -56,9 +53,7 @@ def free_frequencies(*, E, rho, length, height, shear_ratio, elements):
         at = np.ix_(*[3 * e + np.arange(6)] * 2)
         piece = length / elements
         K[at] += beam_stiffness(EA=E * height, EI=E * height**3 / 12, length=piece, shear_ratio=shear_ratio)
-        M[at] += timoshenko_mass(
-            mass_per_length=rho * height, radius2=height**2 / 12, length=piece, shear_ratio=shear_ratio
-        )
+        M[at] += beam_mass(mass_per_length=rho * height, radius2=height**2 / 12, length=piece, shear_ratio=shear_ratio)
     bending = np.setdiff1d(np.arange(size), np.arange(0, size, 3))
     return normal_modes(M[np.ix_(bending, bending)], K[np.ix_(bending, bending)], 6).frequency_Hz[2:]
 
@@ -85,12 +80,12 @@ def test_without_shear_it_is_rayleighs_beam():
     rayleigh, bending = beam_mass(**common), np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
     rotary = np.array([[36.0, 3, -36, 3], [3, 4, -3, -1], [-36, -3, 36, -3], [3, -1, -3, 4]]) / 30
     rayleigh[bending] += 1.2 * 4e-6 / 0.03 * rotary * np.outer([1, 0.03, 1, 0.03], [1, 0.03, 1, 0.03])
-    np.testing.assert_allclose(timoshenko_mass(**common, radius2=4e-6, shear_ratio=0.0), rayleigh, rtol=1e-12)
+    np.testing.assert_allclose(beam_mass(**common, radius2=4e-6, shear_ratio=0.0), rayleigh, rtol=1e-12)
 
 
 def test_rigid_motions_carry_mass_and_moment_of_inertia():
     length, radius2 = 0.05, 6e-6
-    M = timoshenko_mass(mass_per_length=2.0, radius2=radius2, length=length, shear_ratio=9.0)
+    M = beam_mass(mass_per_length=2.0, radius2=radius2, length=length, shear_ratio=9.0)
     across, turn = np.array([0, 1, 0, 0, 1, 0.0]), np.array([0, -length / 2, 1, 0, length / 2, 1.0])
     assert across @ M @ across == pytest.approx(2.0 * length)
     assert turn @ M @ turn == pytest.approx(2.0 * length * (length**2 / 12 + radius2))
@@ -100,7 +95,7 @@ def test_derivatives_by_the_shear_ratio_agree_with_finite_differences():
     EA, EI, length, s, step = 5e6, 3e1, 0.02, 7.0, 1e-3
     radius2 = EI / EA
     K = [beam_stiffness(EA=EA, EI=EI, length=length, shear_ratio=s + d) for d in (step, -step)]
-    M = [timoshenko_mass(mass_per_length=1.3, radius2=radius2, length=length, shear_ratio=s + d) for d in (step, -step)]
+    M = [beam_mass(mass_per_length=1.3, radius2=radius2, length=length, shear_ratio=s + d) for d in (step, -step)]
     dK = timoshenko_stiffness_derivative(EI=EI, radius2=radius2, length=length, shear_ratio=s)
     dM = timoshenko_mass_derivative(mass_per_length=1.3, radius2=radius2, length=length, shear_ratio=s)
     np.testing.assert_allclose((K[0] - K[1]) / (2 * step), dK, atol=1e-7 * np.abs(dK).max())
