@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import constants
 from scipy.optimize import least_squares
 from scipy.signal import butter, sosfiltfilt
 
 from recordings.errors import InputError
+from twin.arrays import Array
 
-Array = NDArray[np.float64]
 INCH, KIP = constants.inch, 1e3 * constants.pound_force
 SIZE_LIMIT_BYTES = 64 << 20
 SLIDERS = 24

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.rigs.modal import ModalLaw
 
-Array = NDArray[np.float64]
 GRID_POINTS = 3000
 
 
@@ -46,7 +46,7 @@ class ModalResponse:
 
 def modal_receptance(
     law: ModalLaw, frequency_Hz: Array, amplitude: Array, *, shift_Hz: float = 0.0, damping_factor: float = 1.0
-) -> NDArray[np.complex128]:
+) -> Array:
     """Displacement per force at acceleration amplitudes `amplitude` (m/s2), broadcast against the frequencies."""
     knots = np.array(law.amplitude_m_per_s2)
     a = np.clip(amplitude, knots[0], knots[-1])

@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

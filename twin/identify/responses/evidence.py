@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from recordings.responses import Responses
+from twin.arrays import Array
 from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.linear.linear_fit import LinearFit, highest_Hz
 from twin.identify.linear.linear_model import (
@@ -26,8 +27,6 @@ from twin.identify.spectra.broadband import BinnedResponse
 from twin.rigs import Rig
 
 __all__ = ["Gathered", "gather_responses"]
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,7 @@ class Gathered:
     factors: tuple[tuple[float, ...], ...]
     shown: NDArray[np.bool_]
     scatter: float
-    damping_std: Real
+    damping_std: Array
 
 
 @dataclass(frozen=True)
