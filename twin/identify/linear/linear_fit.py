@@ -40,8 +40,6 @@ class LinearFit:
     ----------
     chi2_per_dof : float
         Of the whitened residual.
-    history : tuple of float
-        Cost at each iteration.
     nominal : LinearParameters
         Centre of the prior.
     """
@@ -49,7 +47,6 @@ class LinearFit:
     base: LinearParameters
     covariance: Array
     chi2_per_dof: float
-    history: tuple[float, ...]
     nominal: LinearParameters
 
 
@@ -152,7 +149,6 @@ def fit_linear(
         base=LinearParameters.from_vector(solution.x),
         covariance=solution.covariance,
         chi2_per_dof=solution.chi2 / max(1, len(solution.residual) - len(mean)),
-        history=solution.history,
         nominal=nominal,
     )
 
@@ -185,7 +181,11 @@ def reduce_broadband(
         if fit.chi2_per_dof > LIMITS.linear_fit_astray and not led_astray:
             led_astray = True
             # Resonances hardly move with the moduli where the layer is stiff, and shapes do: a false minimum.
-            others = [(data, _elsewhere(model, data, nominal, resonances, *f), upright) for f in ELSEWHERE]
+            others = []
+            for log_E, log_G in ELSEWHERE:
+                there = replace(nominal, E=nominal.E * np.exp(log_E), G=nominal.G * np.exp(log_G))
+                begun = on_the_resonances(model, there, resonances)
+                others.append((data, follow_resonances(model, data, begun, there), upright))
             # Nor does a fit of logarithms find its way out of a wrong sign.
             others += [(*reduced(base, turned), turned) for turned in upright - 2 * np.eye(len(upright))]
             best = min(others, key=lambda other: other[1].chi2_per_dof)
@@ -210,19 +210,6 @@ def follow_resonances(
         moduli_std=0.02,
         model_error=0.02,
     )
-
-
-def _elsewhere(
-    model: LinearModel,
-    data: BinnedResponse,
-    nominal: LinearParameters,
-    resonances: Array,
-    log_normal: float,
-    log_shear: float,
-) -> LinearFit:
-    """The same with the moduli held at other values."""
-    there = replace(nominal, E=nominal.E * np.exp(log_normal), G=nominal.G * np.exp(log_shear))
-    return follow_resonances(model, data, on_the_resonances(model, there, resonances), there)
 
 
 def on_the_resonances(model: LinearModel, base: LinearParameters, resonances: Array) -> LinearParameters:

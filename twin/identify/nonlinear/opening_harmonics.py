@@ -180,7 +180,7 @@ def balance_openings(
         """Balance these steps with a share of what is lost."""
         driven, *out = _one_layout(*(array[rows] for array in (openings.driven, X, force, more, unsettled)))
         less = layer._replace(slap=layer.slap * [share, 1.0, 1.0])
-        balance(_around(openings, rows), driven, less, *out, TURNS, LIMITS.opening_balanced, SHORTEST)
+        balance(_around(openings, rows), driven, less, *out, TURNS, LIMITS.opening_balanced, SHORTEST)  # type: ignore[call-arg]
         for array, values in zip((X, force, more, unsettled), out, strict=True):
             array[rows] = values
 
@@ -201,7 +201,7 @@ def growth_of_more(
     grown = np.zeros((*a.shape, a.shape[1]), complex)
     if laws:
         layer = _layer(laws, openings, slaps)
-        growth(_around(openings), layer, *_one_layout(balance.motion, balance.more), grown)
+        growth(_around(openings), layer, *_one_layout(balance.motion, balance.more), grown)  # type: ignore[call-arg]
     return grown
 
 
@@ -243,7 +243,7 @@ def stiffness_sensitivity(
     def back(change: Array) -> Array:
         """Fundamentals (s, p, u) of the force, once the harmonics have followed their change (s, h, p, u)."""
         force = np.empty((*a.shape, change.shape[-1]), complex)
-        follow(around, layer, *_one_layout(motion, change), force)
+        follow(around, layer, *_one_layout(motion, change), force)  # type: ignore[call-arg]
         return force
 
     out = []

@@ -304,7 +304,7 @@ def _white_noise(E: Array, H: Array, bin_of: NDArray[np.int64], counts: NDArray[
     """
     outputs = H.shape[1]
     wide = counts[bin_of] >= 8
-    rows, sizes = [], []
+    rows = []
     for o in range(outputs):
         key = np.log(np.abs(H[wide, o]))
         order = np.argsort(key)
@@ -315,14 +315,12 @@ def _white_noise(E: Array, H: Array, bin_of: NDArray[np.int64], counts: NDArray[
             row = np.zeros(1 + outputs)
             row[0], row[1 + o] = np.median(np.abs(H[wide, o][part]) ** 2), 1.0
             # The median of an exponential variable is ln 2 times its mean.
-            size = np.median(scatter) / np.log(2)
-            rows.append(row / size)
-            sizes.append(1.0)
+            rows.append(row / (np.median(scatter) / np.log(2)))
     if not rows:
         return 0.0, np.full(outputs, float(np.mean(np.abs(E) ** 2)) + 1e-300)
     A = np.array(rows)
     norm = np.linalg.norm(A, axis=0) + 1e-300
-    solution = nnls(A / norm, np.array(sizes))[0] / norm
+    solution = nnls(A / norm, np.ones(len(A)))[0] / norm
     floor = 1e-6 * float(np.median(np.abs(E) ** 2)) + 1e-300
     return float(solution[0]), np.maximum(solution[1:], floor)
 
