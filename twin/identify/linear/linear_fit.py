@@ -12,6 +12,7 @@ from twin.identify.gauss_newton import minimise
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import LinearModel, LinearParameters
 from twin.identify.linear.poles import poles_near
+from twin.identify.linear.receptance import padded
 from twin.identify.spectra.broadband import BinnedResponse, Binning, bin_response, find_resonances, hidden_resonances
 from twin.identify.spectra.driven_gaps import driven_through
 from twin.identify.spectra.spectrum import BroadbandRecord
@@ -326,8 +327,7 @@ def _reference(model: LinearModel, base: LinearParameters) -> tuple[Callable[[Ar
     values, Phi = _complex_modes(model, base)
     values[: LIMITS.damped_modes] *= 1 + 2 * base.frequency_discrepancy
     omega_r = np.sqrt(values.real)
-    zeta = np.concatenate([base.zeta, model.basis.zeta])[: len(values)]
-    zeta = np.concatenate([zeta, np.full(len(values) - len(zeta), zeta[-1])])
+    zeta = padded(np.concatenate([base.zeta, model.basis.zeta]), len(values))
     viscous = np.sum((model.structure.B_C @ Phi) ** 2, axis=0).real
     zeta = zeta + viscous / (2 * np.where(omega_r > 0, omega_r, np.inf))
     residues = (model.ports.rows[model.ports.outputs] @ Phi) * (model.ports.rows[model.ports.drive] @ Phi)

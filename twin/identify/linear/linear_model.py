@@ -18,7 +18,7 @@ from recordings.quantities import quantity
 from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.linear.blocks import Blocks
-from twin.identify.linear.receptance import ModalBasis, layer_ports, lowest_modes_basis
+from twin.identify.linear.receptance import ModalBasis, layer_ports, lowest_modes_basis, padded
 from twin.identify.linear.structural_modification import PortPairs
 from twin.rigs import Place, Rig
 from twin.structure import Structure, assemble
@@ -371,8 +371,7 @@ def _one_after_another(rows: tuple[Array, ...], first: int) -> tuple[slice, ...]
 
 def nominal_parameters(rig: Rig, preload: str | None = None) -> LinearParameters:
     """What the rig file says, as a start: published moduli, no joint loss, its modal damping."""
-    zeta = np.asarray(rig.damping.modal_ratio, float)[: LIMITS.damped_modes]
-    zeta = np.concatenate([zeta, np.full(LIMITS.damped_modes - len(zeta), zeta[-1])])
+    zeta = padded(np.asarray(rig.damping.modal_ratio), LIMITS.damped_modes)
     E, G = map(np.array, rig.moduli_values(preload))
     offset = rig.natural_frequencies.offset[: LIMITS.damped_modes]
     discrepancy = np.pad(np.asarray(offset, float), (0, LIMITS.damped_modes - len(offset)))

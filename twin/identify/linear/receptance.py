@@ -93,7 +93,7 @@ def lowest_modes_basis(M: Array, K: Array, zeta: Array, *, kept: int = KEPT_MODE
     scaled = rest / modes.omega[kept:]
     scaled2 = scaled / modes.omega[kept:]
     return ModalBasis(
-        modes.omega[order], _extend(np.asarray(zeta, float), kept), modes.Phi[:, order], scaled @ scaled.T,
+        modes.omega[order], padded(zeta, kept), modes.Phi[:, order], scaled @ scaled.T,
         scaled2 @ scaled2.T,
     )  # fmt: skip
 
@@ -109,6 +109,7 @@ def _compress(B: Array) -> Array:
     return singular[:rank, None] * Vt[:rank]
 
 
-def _extend(zeta: Array, count: int) -> Array:
+def padded(zeta: Array, count: int) -> Array:
+    """Damping ratios of so many modes, whose last ones are alike."""
     zeta = np.asarray(zeta, float)[:count]
     return np.concatenate([zeta, np.full(count - len(zeta), zeta[-1])])

@@ -192,7 +192,7 @@ class LocalForces:
         sliders = [force.slider for force in self.forces if force.slider]
         if len(sliders) == len(self.forces):
             worst = np.empty(len(omega))
-            settle(ports, self._as_arrays(sliders, omega), log_a, now, worst, SEARCH)  # type: ignore[call-arg]
+            settle(ports, self._as_arrays(sliders, omega), log_a, now, worst, SEARCH)
             return Balance(now.motion, now.stiffness, added, worst, self.ripples)
         self._turn(ports, omega, log_a, np.arange(len(omega)), now)
         worst, share, trial = now.worst, np.ones(len(omega)), Turn.of(log_a.shape)
@@ -214,7 +214,7 @@ class LocalForces:
         """Fill in `out` at some rows, for assumed log amplitudes."""
         own, growth = np.empty((2, len(log_a), len(self.forces)), complex)
         own[rows], growth[rows] = self._with_growth(np.exp(log_a[rows, 2 * self.points :]), omega[rows], rows)
-        turn(ports, own, growth, log_a, rows, out)  # type: ignore[call-arg]
+        turn(ports, own, growth, log_a, rows, out)
 
     def follow(
         self, laws: Sequence[LayerLaw], amplitude: Array, omega: Array, influence: Influence, motion: Array,

@@ -16,7 +16,7 @@ its slope, on that side only: even harmonics, and less stiffness for the fundame
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -258,11 +258,6 @@ def stiffness_sensitivity(
     return out, back(moved) / at_rest
 
 
-def _lost(slap: Opening | None) -> tuple[float, float]:
-    """Share of the stiffness that lost contact takes beyond the gap, and the gap, m."""
-    return (0.0, 0.0) if slap is None else (1 - slap.factor, slap.gap_m)
-
-
 def _around(openings: Openings, rows: NDArray[np.int64] | slice = slice(None)) -> Around:
     """What the kernel takes of some steps."""
     arrays = openings.fundamental, openings.secant, openings.weight, openings.compliance
@@ -274,7 +269,10 @@ def _layer(laws: Sequence[LayerLaw], openings: Openings, slaps: Sequence[Opening
     orders, joint = np.array(openings.orders), openings.joint
     angle = np.outer(np.arange(2 * orders[-1] + 1), _theta())
     tables = np.array([_odd_force(law, E) for law, E in zip(laws, openings.modulus, strict=True)])
-    lost = np.array([(*_lost(slap), force_at(_lost(slap)[1], table)[0]) for slap, table in _each(slaps, tables)])
+    lost = np.zeros((len(tables), 3))
+    for row, slap, table in zip(lost, slaps or [None] * len(tables), tables, strict=True):
+        if slap is not None:
+            row[:] = 1 - slap.factor, slap.gap_m, force_at(slap.gap_m, table)[0]
     arrays = openings.modulus[joint], orders, np.cos(angle), np.sin(angle), tables[joint], lost[joint]
     return Layer(*_one_layout(*arrays))
 
@@ -287,11 +285,6 @@ def _theta() -> Array:
 def _one_layout(*arrays: Any) -> list[Any]:
     """For one compilation whatever the arrays' order in memory."""
     return [np.ascontiguousarray(array) for array in arrays]
-
-
-def _each(slaps: Sequence[Opening | None], tables: Sequence[Any] | Array) -> Iterator[tuple[Opening | None, Any]]:
-    """Each joint's lost contact, none where none is given, with its force's table."""
-    return zip(slaps or [None] * len(tables), tables, strict=True)
 
 
 def _taken_off(
