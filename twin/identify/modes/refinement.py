@@ -82,12 +82,11 @@ def refine_poles(
     """
     w, m = 2 * np.pi * np.asarray(frequency_Hz, float), len(omega)
     start = np.concatenate([np.log(omega), np.log(zeta)])
-    linear: dict[bytes, tuple[Array, Array]] = {}
+    linear: dict[bytes, list[Array]] = {}
 
     def evaluate(x: Array) -> tuple[Array, Array]:
-        here = _Projection.at(x, w, H, weight)
-        linear[x.tobytes()] = here.residues, here.remainders
-        return here.residual, here.jacobian
+        residual, jacobian, *linear[x.tobytes()] = _projected(x, w, H, weight)
+        return residual, jacobian
 
     def moved(x: Array, step: Array) -> Array:
         return np.asarray(x + step * min(1.0, LIMITS.largest_step / max(_size(step, x), 1e-300)))
@@ -100,8 +99,9 @@ def refine_poles(
     )  # fmt: skip
     x, J = solution.x, solution.jacobian
     dof = max(1, 2 * H.size - len(x) - H.shape[1] * 2 * (m + REMAINDERS))
-    covariance, band = np.linalg.pinv(J.T @ J, hermitian=True), (float(w[0]), float(w[-1]))
-    return PoleFit(np.exp(x[:m]), np.exp(x[m:]), covariance, *linear[x.tobytes()], band, solution.chi2, dof)
+    (residues, remainders), covariance = linear[x.tobytes()], np.linalg.pinv(J.T @ J, hermitian=True)
+    band = float(w[0]), float(w[-1])
+    return PoleFit(np.exp(x[:m]), np.exp(x[m:]), covariance, residues, remainders, band, solution.chi2, dof)
 
 
 def _size(step: Array, x: Array) -> float:
@@ -110,46 +110,37 @@ def _size(step: Array, x: Array) -> float:
     return float(max(np.max(np.abs(step[m:])), np.max(np.abs(step[:m]) / np.exp(x[m:])) / 4))
 
 
-@dataclass(frozen=True)
-class _Projection:
-    """Residual and Jacobian at given poles, with the linear part at its best."""
-
-    residual: Array
-    jacobian: Array
-    residues: Array
-    remainders: Array
-
-    @staticmethod
-    def at(x: Array, w: Array, H: Array, weight: Array) -> _Projection:
-        m = len(x) // 2
-        omega, zeta = np.exp(x[:m]), np.minimum(np.exp(x[m:]), 0.99)
-        root = np.sqrt(1 - zeta**2)
-        p = omega * (-zeta + 1j * root)
-        s = 1j * w[:, None]
-        plus, minus = 1 / (s - p), 1 / (s - p.conj())
-        # d p / d log omega and d p / d log zeta.
-        by = (p, omega * zeta * (-1 - 1j * zeta / root))
-        rest = _remainder_basis(w, (float(w[0]), float(w[-1])))
-        basis = np.hstack([plus + minus, 1j * (plus - minus), rest, 1j * rest])
-        norm = np.linalg.norm(basis, axis=0)
-        residual, jacobian, residues, remainders = [], [], [], []
-        for h, g in zip(H.T, weight.T, strict=True):
-            A = _stacked(g[:, None] * basis / norm)
-            Q, R = np.linalg.qr(A)
-            # Where poles meet, rounding would choose the directions of no weight: these are left out.
-            U, size, V = np.linalg.svd(R)
-            kept = size > LIMITS.refinement_dependent * size[0]
-            Q = Q @ U[:, kept]
-            y = _stacked((g * h)[:, None])[:, 0]
-            c = V[kept].T @ (Q.T @ y / size[kept]) / norm
-            r = c[:m] + 1j * c[m : 2 * m]
-            columns = [r * d * plus**2 + (r * d).conj() * minus**2 for d in by]
-            D = _stacked(g[:, None] * np.hstack(columns))
-            residual.append(y - A @ (c * norm))
-            jacobian.append(D - Q @ (Q.T @ D))
-            residues.append(r)
-            remainders.append(c[2 * m : 2 * m + REMAINDERS] + 1j * c[2 * m + REMAINDERS :])
-        return _Projection(np.concatenate(residual), np.vstack(jacobian), np.array(residues), np.array(remainders))
+def _projected(x: Array, w: Array, H: Array, weight: Array) -> tuple[Array, Array, Array, Array]:
+    """Residual and Jacobian at given poles, with the linear part at its best: residues, remainders."""
+    m = len(x) // 2
+    omega, zeta = np.exp(x[:m]), np.minimum(np.exp(x[m:]), 0.99)
+    root = np.sqrt(1 - zeta**2)
+    p = omega * (-zeta + 1j * root)
+    s = 1j * w[:, None]
+    plus, minus = 1 / (s - p), 1 / (s - p.conj())
+    # d p / d log omega and d p / d log zeta.
+    by = (p, omega * zeta * (-1 - 1j * zeta / root))
+    rest = _remainder_basis(w, (float(w[0]), float(w[-1])))
+    basis = np.hstack([plus + minus, 1j * (plus - minus), rest, 1j * rest])
+    norm = np.linalg.norm(basis, axis=0)
+    residual, jacobian, residues, remainders = [], [], [], []
+    for h, g in zip(H.T, weight.T, strict=True):
+        A = _stacked(g[:, None] * basis / norm)
+        Q, R = np.linalg.qr(A)
+        # Where poles meet, rounding would choose the directions of no weight: these are left out.
+        U, size, V = np.linalg.svd(R)
+        kept = size > LIMITS.refinement_dependent * size[0]
+        Q = Q @ U[:, kept]
+        y = _stacked((g * h)[:, None])[:, 0]
+        c = V[kept].T @ (Q.T @ y / size[kept]) / norm
+        r = c[:m] + 1j * c[m : 2 * m]
+        columns = [r * d * plus**2 + (r * d).conj() * minus**2 for d in by]
+        D = _stacked(g[:, None] * np.hstack(columns))
+        residual.append(y - A @ (c * norm))
+        jacobian.append(D - Q @ (Q.T @ D))
+        residues.append(r)
+        remainders.append(c[2 * m : 2 * m + REMAINDERS] + 1j * c[2 * m + REMAINDERS :])
+    return np.concatenate(residual), np.vstack(jacobian), np.array(residues), np.array(remainders)
 
 
 def _remainder_basis(w: Array, band: tuple[float, float]) -> Array:

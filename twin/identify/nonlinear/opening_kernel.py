@@ -79,11 +79,8 @@ def balance(
     n, still = H * p, p if orders[0] == 0 else 0
     period, spectrum, tau = _room(layer)
     J, r = np.empty((2 * n - still, 2 * n - still)), np.empty(2 * n - still)
-    base, taken, miss = (
-        np.empty((H, p), np.complex128),
-        np.empty((H, p), np.complex128),
-        np.empty((H, p), np.complex128),
-    )
+    base, taken = np.empty((H, p), np.complex128), np.empty((H, p), np.complex128)
+    miss = np.empty((H, p), np.complex128)
     for s in range(steps):
         size = 1e-300
         for i in range(p):
