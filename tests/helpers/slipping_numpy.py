@@ -12,7 +12,6 @@ from twin.identify.slipping import (
     PASSES,
     RIPPLES,
     _bracket,
-    _sticks_until,
     _turned,
     common_spring,
     jenkins_harmonics,
@@ -53,7 +52,8 @@ def _beyond(a: float, c: float, rippled: complex, softer: float, slip_force: flo
 
 def _rippling(y: Array, k: Array, slip_force: float, alone: Array, compliance: Array) -> Array:
     orders = np.array([1, *RIPPLES])
-    t = _sticks_until(y[:, None], k[:, None], slip_force)[1]
+    ky = k[:, None] * y[:, None]
+    t = np.arccos(np.clip(1 - 2 * np.minimum(slip_force, ky) / np.maximum(ky, 1e-300), -1.0, 1.0))
     integrals = _turned(np.arange(-orders[-1], 2 * orders[-1] + 1), t)
 
     def integral(n: Array) -> Array:

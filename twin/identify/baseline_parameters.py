@@ -38,7 +38,7 @@ class BaselineParameters:
         laws = [
             block
             for joint, law in enumerate(self.laws)
-            for block in ((_softening(joint), len(law.softening)), (_loss(joint), len(law.loss)))
+            for block in ((f"softening {joint}", len(law.softening)), (f"loss {joint}", len(law.loss)))
         ]
         beside = ("shown", len(self.shown)), ("shifts", len(self.shifts))
         return self.base.blocks(self.base.joints) + Blocks((*laws, *beside))
@@ -50,11 +50,11 @@ class BaselineParameters:
 
     def softening(self, joint: int) -> slice:
         """Where the softening of a joint's law is in :attr:`vector`."""
-        return self.blocks[_softening(joint)]
+        return self.blocks[f"softening {joint}"]
 
     def loss(self, joint: int) -> slice:
         """Where the loss of a joint's law is in :attr:`vector`."""
-        return self.blocks[_loss(joint)]
+        return self.blocks[f"loss {joint}"]
 
     @property
     def of_laws(self) -> slice:
@@ -79,11 +79,3 @@ class BaselineParameters:
         )
         base = LinearParameters.from_vector(vector[: self.of_laws.start])
         return BaselineParameters(base, tuple(laws), vector[self.of_shown], vector[self.of_shifts])
-
-
-def _softening(joint: int) -> str:
-    return f"softening of joint {joint}"
-
-
-def _loss(joint: int) -> str:
-    return f"loss of joint {joint}"

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from recordings import FrequencyTable
 from recordings.errors import InputError
+from twin.arrays import Array
 from twin.identify.base_fit import BaseFit, fit_base
 from twin.identify.limits import LIMITS
 from twin.identify.residuals.frequency_model import FrequencyModel, check_modes
@@ -14,8 +15,6 @@ from twin.identify.residuals.natural_frequencies import MeasuredFrequencies, mea
 from twin.rigs import Rig
 
 __all__ = ["FrequencyModuli", "fit_moduli", "moduli_data"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import constants
 from scipy.optimize import least_squares
 from scipy.signal import butter, sosfiltfilt
 
 from recordings.errors import InputError
+from twin.arrays import Array
 
-Array = NDArray[np.float64]
 INCH, KIP = constants.inch, 1e3 * constants.pound_force
 SIZE_LIMIT_BYTES = 64 << 20
 SLIDERS = 24
@@ -123,13 +122,18 @@ def identify_friction(loops: Sequence[Loop], *, cutoff_Hz: float = 10.0) -> Fric
 
 
 def jenkins(x: Array, shared: Array, up: float, down: float) -> Array:
-    """Spring and slider; `shared` is (stiffness,)."""
-    return _with_gap(x, float(shared[0]), 0.0, up, down)
+    """Spring and slider; `shared` is (stiffness,), or (stiffness, gap) behind a backlash.
 
-
-def jenkins_with_gap(x: Array, shared: Array, up: float, down: float) -> Array:
-    """Spring and slider behind a backlash; `shared` is (stiffness, gap)."""
-    return _with_gap(x, float(shared[0]), float(shared[1]), up, down)
+    The slider keeps the link's extension between the two at which it slips; within the gap there is no force.
+    """
+    stiffness, gap = float(shared[0]), float(np.sum(shared[1:]))
+    high, low = gap / 2 + up / stiffness, -gap / 2 - down / stiffness
+    slider = 0.0
+    extension = np.zeros(len(x))
+    for i, value in enumerate(x.tolist()):
+        slider = min(max(slider, value - high), value - low)
+        extension[i] = value - slider
+    return np.asarray(stiffness * (np.maximum(extension - gap / 2, 0) + np.minimum(extension + gap / 2, 0)))
 
 
 def iwan(x: Array, shared: Array, up: float, down: float) -> Array:
@@ -147,22 +151,11 @@ def iwan(x: Array, shared: Array, up: float, down: float) -> Array:
     return float(shared[0]) * force
 
 
-def _with_gap(x: Array, stiffness: float, gap: float, up: float, down: float) -> Array:
-    """The slider keeps the link's extension between the two at which it slips; within the gap there is no force."""
-    high, low = gap / 2 + up / stiffness, -gap / 2 - down / stiffness
-    slider = 0.0
-    modification = np.zeros(len(x))
-    for i, value in enumerate(x.tolist()):
-        slider = min(max(slider, value - high), value - low)
-        modification[i] = value - slider
-    return np.asarray(stiffness * (np.maximum(modification - gap / 2, 0) + np.minimum(modification + gap / 2, 0)))
-
-
 Law = Callable[[Array, Array, float, float], Array]
 LAWS: dict[str, tuple[Law, tuple[str, ...]]] = {
     "jenkins": (jenkins, ("stiffness_N_per_m",)),
     "iwan": (iwan, ("stiffness_N_per_m", "spread")),
-    "jenkins-with-gap": (jenkins_with_gap, ("stiffness_N_per_m", "gap_m")),
+    "jenkins-with-gap": (jenkins, ("stiffness_N_per_m", "gap_m")),
 }
 
 

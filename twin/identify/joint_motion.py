@@ -1,10 +1,8 @@
 """How far the layer's points moved in the measured steps, before anything is known of the joint's law."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import nominal_parameters
@@ -13,7 +11,7 @@ from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.residuals.residual_model import ResidualModel
 
 
-def largest_motion(evidence: MeasuredData, joint: int) -> tuple[NDArray[Any], NDArray[Any]]:
+def largest_motion(evidence: MeasuredData, joint: int) -> tuple[Array, Array]:
     """Largest opening and slip (p,) of each of a joint's points over all steps, m, were the joints linear."""
     residual_model = ResidualModel(evidence)
     base = evidence.linear.base if evidence.linear else nominal_parameters(evidence.rig, evidence.preload)

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.columns import Columns
 from recordings.errors import InputError
+from twin.arrays import Array
 from twin.identify.friction_loops import INCH, KIP, Loop, read_damper_json
 from twin.identify.limits import LIMITS
 
@@ -37,7 +37,7 @@ def read_loop(path: Path) -> Loop:
     return Loop(path.stem, float(1 / step.mean()), displacement_m, force_N)
 
 
-def _column(table: Columns, known: dict[str, float]) -> NDArray[np.float64]:
+def _column(table: Columns, known: dict[str, float]) -> Array:
     """The first of some columns that a table has, times its factor."""
     name = next((name for name in known if name in table.names), next(iter(known)))
     table.need(name)

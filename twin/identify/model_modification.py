@@ -6,15 +6,21 @@ An empty extension is the base model.  A cause fills in what it touches; the pre
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from operator import add, mul
+from typing import Any
 
 import numpy as np
 
 from twin.arrays import Array
-from twin.identify.limits import LIMITS
 from twin.identify.slipping import Slider
 from twin.rigs import Place
 from twin.structure import Structure
+
+OF_STRUCTURE = "beam_modulus", "beam_shear_ratio", "clamp_rad_per_Nm", "layer_gradient"
+"""What changes beams, supports or layers."""
+StructureKey = tuple[tuple[tuple[str, float], ...], ...]
+"""Names and values of each of these."""
 
 
 @dataclass(frozen=True)
@@ -112,6 +118,19 @@ class Opening:
     factor: float
 
 
+def _of_each(merge: Callable[[Any, Any], Any]) -> Any:
+    """A mapping, empty by default; of two that are merged, what both have becomes one by `merge`."""
+
+    def merged(one: Mapping[str, Any], two: Mapping[str, Any]) -> dict[str, Any]:
+        return {**one, **two, **{key: merge(one[key], two[key]) for key in one if key in two}}
+
+    return field(default_factory=dict, metadata={"merge": merged})
+
+
+def _product(one: Callable[[Array], Array], two: Callable[[Array], Array]) -> Callable[[Array], Array]:
+    return lambda omega: np.asarray(one(omega)) * np.asarray(two(omega))
+
+
 @dataclass(frozen=True, kw_only=True)
 class ModelModification:
     """What differs from the nominal rig.
@@ -150,68 +169,45 @@ class ModelModification:
         The same of all moduli of the structure.
     """
 
-    beam_modulus: Mapping[str, float] = field(default_factory=dict)
-    beam_shear_ratio: Mapping[str, float] = field(default_factory=dict)
-    clamp_rad_per_Nm: Mapping[str, float] = field(default_factory=dict)
-    layer_gradient: Mapping[str, float] = field(default_factory=dict)
-    towards_middle: Mapping[str, float] = field(default_factory=dict)
-    drive_offset_m: Mapping[str, float] = field(default_factory=dict)
-    output_offset_m: Mapping[str, float] = field(default_factory=dict)
+    beam_modulus: Mapping[str, float] = _of_each(mul)
+    beam_shear_ratio: Mapping[str, float] = _of_each(add)
+    clamp_rad_per_Nm: Mapping[str, float] = _of_each(add)
+    layer_gradient: Mapping[str, float] = _of_each(add)
+    towards_middle: Mapping[str, float] = _of_each(add)
+    drive_offset_m: Mapping[str, float] = _of_each(add)
+    output_offset_m: Mapping[str, float] = _of_each(add)
     attachments: tuple[Attachment, ...] = ()
     nonlinear: tuple[NonlinearForce, ...] = ()
-    channel_factor: Mapping[str, Callable[[Array], Array]] = field(default_factory=dict)
+    channel_factor: Mapping[str, Callable[[Array], Array]] = _of_each(_product)
     base_receptance: float = 0.0
     cross_talk: tuple[tuple[str, str, float], ...] = ()
-    frequency_factor: float = 1.0
-    moduli_factor: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    opening: Mapping[str, Opening] = field(default_factory=dict)
-    layer_drift_per_s: Mapping[str, float] = field(default_factory=dict)
+    frequency_factor: float = field(default=1.0, metadata={"merge": mul})
+    moduli_factor: Mapping[str, tuple[float, float]] = _of_each(lambda one, two: (one[0] * two[0], one[1] * two[1]))
+    opening: Mapping[str, Opening] = _of_each(lambda _, two: two)
+    layer_drift_per_s: Mapping[str, float] = _of_each(add)
     beam_drift_per_s: float = 0.0
 
     def merged(self, other: ModelModification) -> ModelModification:
-        """Both at once."""
-        factors = dict(self.channel_factor)
-        for channel, factor in other.channel_factor.items():
-            mine = factors.get(channel)
-            factors[channel] = factor if mine is None else _product(mine, factor)
+        """Both at once: sums, where a field does not say otherwise."""
         return ModelModification(
-            beam_modulus=_products(self.beam_modulus, other.beam_modulus),
-            beam_shear_ratio=_sums(self.beam_shear_ratio, other.beam_shear_ratio),
-            clamp_rad_per_Nm=_sums(self.clamp_rad_per_Nm, other.clamp_rad_per_Nm),
-            layer_gradient=_sums(self.layer_gradient, other.layer_gradient),
-            towards_middle=_sums(self.towards_middle, other.towards_middle),
-            drive_offset_m=_sums(self.drive_offset_m, other.drive_offset_m),
-            output_offset_m=_sums(self.output_offset_m, other.output_offset_m),
-            attachments=self.attachments + other.attachments,
-            nonlinear=self.nonlinear + other.nonlinear,
-            channel_factor=factors,
-            base_receptance=self.base_receptance + other.base_receptance,
-            cross_talk=self.cross_talk + other.cross_talk,
-            frequency_factor=self.frequency_factor * other.frequency_factor,
-            moduli_factor={
-                joint: (E * more_E, G * more_G)
-                for joint in {**self.moduli_factor, **other.moduli_factor}
-                for E, G in [self.moduli_factor.get(joint, LIMITS.unchanged_moduli)]
-                for more_E, more_G in [other.moduli_factor.get(joint, LIMITS.unchanged_moduli)]
-            },
-            opening={**self.opening, **other.opening},
-            layer_drift_per_s=_sums(self.layer_drift_per_s, other.layer_drift_per_s),
-            beam_drift_per_s=self.beam_drift_per_s + other.beam_drift_per_s,
+            **{
+                one.name: one.metadata.get("merge", add)(getattr(self, one.name), getattr(other, one.name))
+                for one in fields(self)
+            }
         )
 
     @property
     def changes_structure(self) -> bool:
         """Whether beams, clamp or layer must be assembled anew."""
-        return bool(self.beam_modulus or self.beam_shear_ratio or self.clamp_rad_per_Nm or self.layer_gradient)
+        return any(self.structure)
 
+    @property
+    def structure(self) -> StructureKey:
+        """What tells one structure from another."""
+        return tuple(tuple(sorted(getattr(self, name).items())) for name in OF_STRUCTURE)
 
-def _products(one: Mapping[str, float], two: Mapping[str, float]) -> dict[str, float]:
-    return {key: one.get(key, 1.0) * two.get(key, 1.0) for key in {**one, **two}}
-
-
-def _sums(one: Mapping[str, float], two: Mapping[str, float]) -> dict[str, float]:
-    return {key: one.get(key, 0.0) + two.get(key, 0.0) for key in {**one, **two}}
-
-
-def _product(one: Callable[[Array], Array], two: Callable[[Array], Array]) -> Callable[[Array], Array]:
-    return lambda omega: np.asarray(one(omega)) * np.asarray(two(omega))
+    @staticmethod
+    def of_structure(key: StructureKey) -> ModelModification:
+        """What changes a structure so, and nothing else."""
+        changed: dict[str, Any] = {name: dict(own) for name, own in zip(OF_STRUCTURE, key, strict=True)}
+        return ModelModification(**changed)

@@ -6,7 +6,7 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.identify.model_modification import ModelModification
-from twin.rigs import Rig, Transducer
+from twin.rigs import Rig
 
 
 def high_pass(corner_Hz: float) -> Callable[[Array], Array]:
@@ -46,13 +46,9 @@ def nominal_instruments(rig: Rig) -> ModelModification:
     alike = len({sensor.high_pass for sensor in rig.sensors}) == 1
     whole = ModelModification()
     for sensor in rig.sensors:
-        for factor in _factors(sensor, high_passes=not alike):
+        factors = [high_pass(sensor.high_pass)] if sensor.high_pass > 0 and not alike else []
+        if sensor.mounting_frequency is not None:
+            factors.append(mount(*mounted(sensor.mounting_frequency, sensor.mounting_damping)))
+        for factor in factors:
             whole = whole.merged(ModelModification(channel_factor={sensor.channel: factor}))
     return whole
-
-
-def _factors(sensor: Transducer, *, high_passes: bool) -> list[Callable[[Array], Array]]:
-    factors = [high_pass(sensor.high_pass)] if high_passes and sensor.high_pass > 0 else []
-    if sensor.mounting_frequency is not None:
-        factors.append(mount(*mounted(sensor.mounting_frequency, sensor.mounting_damping)))
-    return factors

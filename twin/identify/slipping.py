@@ -59,7 +59,8 @@ def jenkins_harmonics(amplitude: Any, k: float, slip_force: float, count: int) -
     Quadrature would not do: its error jumps as the slip's beginning passes a sample, and the fit's derivatives with it.
     """
     a = np.asarray(amplitude, float)[:, None]
-    top, t = _sticks_until(a, k, slip_force)
+    top = np.minimum(slip_force, k * a)
+    t = np.arccos(np.clip(1 - 2 * top / np.maximum(k * a, 1e-300), -1.0, 1.0))
     h = np.arange(1, count + 1)
     sticking = (top - k * a) * _turned(h, t) + k * a / 2 * (_turned(h - 1, t) + _turned(h + 1, t))
     slipping = -top * (_turned(h, np.pi) - _turned(h, t))
@@ -228,12 +229,6 @@ def _balance(alone: Array, both: Array, compliance: Array, J: Array, X: Array) -
     for i in range(1 + count):
         for j in range(2 * count):
             alone[i] += both[i, j] * X[j]
-
-
-def _sticks_until(a: Array, k: Array | float, slip_force: float) -> tuple[Array, Array]:
-    """Largest force, and the angle after a reversal at which the element slips; pi if it does not."""
-    top = np.minimum(slip_force, k * a)
-    return top, np.arccos(np.clip(1 - 2 * top / np.maximum(k * a, 1e-300), -1.0, 1.0))
 
 
 def _turned(n: Any, t: Any) -> Array:

@@ -122,11 +122,11 @@ def _of_noise(run: Run, force: str, channels: tuple[str, ...], band_Hz: Band | N
     records = broadband_records(run, channels=[force, *channels])
     if not records:
         raise InputError(run.path, "/procedure", "holds no broadband stretch", "run a procedure of kind random")
-    made = modes_of_record(records[0], force=force, channels=channels, band_Hz=band_Hz)
+    fit, made = modes_of_record(records[0], force=force, channels=channels, band_Hz=band_Hz)
     found = MeasuredModes(
-        run=run.path, force=force, channels=channels, places=channels, fit=made.fit,
-        frequency_Hz=made.response.frequency_Hz, H=made.response.H, outputs=channels,
-        shapes=_shapes(run, made.fit, channels, roving=False),
+        run=run.path, force=force, channels=channels, places=channels, fit=fit,
+        frequency_Hz=made.frequency_Hz, H=made.H, outputs=channels,
+        shapes=_shapes(run, fit, channels, roving=False),
     )  # fmt: skip
     if rig is None:
         return found

@@ -52,7 +52,7 @@ def _modes(
     record: BroadbandRecord, force: str, channels: tuple[str, ...], band: tuple[float, float]
 ) -> list[dict[str, float]]:
     try:
-        found = modes_of_record(record, force=force, channels=channels, band_Hz=band)
+        fit, _ = modes_of_record(record, force=force, channels=channels, band_Hz=band)
     except (ValueError, np.linalg.LinAlgError):  # too few lines, or nothing that resonates
         return []
     return [
@@ -60,7 +60,7 @@ def _modes(
             "frequency_Hz": mode.frequency_Hz, "frequency_std_Hz": mode.frequency_std_Hz,
             "damping_ratio": mode.damping_ratio, "damping_std": mode.damping_std,
         }
-        for mode in found.fit.modes
+        for mode in fit.modes
     ]  # fmt: skip
 
 

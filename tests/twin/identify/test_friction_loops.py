@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from recordings.errors import InputError
-from twin.identify.friction_loops import INCH, KIP, Loop, identify_friction, iwan, jenkins_with_gap, read_damper_json
+from twin.identify.friction_loops import INCH, KIP, Loop, identify_friction, iwan, jenkins, read_damper_json
 
 DATA = Path(__file__).parents[2] / "data" / "friction-damper"
 
@@ -37,13 +37,13 @@ def test_a_closed_loop_of_jenkins_dissipates_what_its_corners_say():
     """Area of a symmetric loop: 4 F (X - F/k - gap/2), the slip force times the sliding distance of a cycle."""
     X, k, F, gap = 0.02, 2e6, 8e3, 0.006
     x = X * np.sin(2 * np.pi * np.arange(40001) / 20000)
-    f = jenkins_with_gap(x, np.array([k, gap]), F, F)
+    f = jenkins(x, np.array([k, gap]), F, F)
     area = np.trapezoid(f[20000:], x[20000:])
     assert area == pytest.approx(4 * F * (X - F / k - gap / 2), rel=1e-4)
 
 
 def test_backlash_is_found_and_measured():
-    result = identify_friction(made(jenkins_with_gap, [2e6, 0.006], [(5e3, 4e3), (9e3, 8e3)]))
+    result = identify_friction(made(jenkins, [2e6, 0.006], [(5e3, 4e3), (9e3, 8e3)]))
     assert result.best.law == "jenkins-with-gap"
     assert result.best.shared["gap_m"] == pytest.approx(0.006, rel=0.05)
     assert result.best.shared["stiffness_N_per_m"] == pytest.approx(2e6, rel=0.1)

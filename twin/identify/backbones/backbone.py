@@ -9,15 +9,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from twin.arrays import Array
 from twin.identify.backbones.modal_prediction import predict_held
 from twin.identify.backbones.robust_curve import RobustCurve, fit_robust_curve
 from twin.identify.limits import LIMITS
 from twin.rigs.modal import LevelFit, ModalLaw, ModalRig
 
-Array = NDArray[np.float64]
 KNOTS = 33
 DAMPING_SCALE = 0.02
 
@@ -116,7 +115,7 @@ def _fit_levels(sweeps: Sequence[BackboneSweep]) -> _Fit:
     centre = np.array([s.frequency_Hz[np.argmin(s.force_N / s.acceleration_m_per_s2)] for s in sweeps])
     W0 = 2 * np.pi * float(np.median(centre))
 
-    def model(theta: Array, k: int) -> NDArray[np.complex128]:
+    def model(theta: Array, k: int) -> Array:
         W = 2 * np.pi * centre[k] * (1 + theta[3 + k])
         zeta = np.exp(theta[3 + count + k])
         w = 2 * np.pi * sweeps[k].frequency_Hz

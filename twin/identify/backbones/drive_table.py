@@ -4,15 +4,11 @@ import csv
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from recordings.columns import Columns
 from recordings.errors import InputError
 from recordings.whole import whole_file
+from twin.arrays import Array
 from twin.identify.backbones.modal_prediction import ModalResponse
-
-Array = NDArray[np.float64]
 
 ROW_LIMIT = 200_000
 HELD = ("force_N", "acceleration_m_per_s2")

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.rigs.modal import ModalLaw
 
-Array = NDArray[np.float64]
 GRID_POINTS = 3000
 
 
@@ -46,7 +46,7 @@ class ModalResponse:
 
 def modal_receptance(
     law: ModalLaw, frequency_Hz: Array, amplitude: Array, *, shift_Hz: float = 0.0, damping_factor: float = 1.0
-) -> NDArray[np.complex128]:
+) -> Array:
     """Displacement per force at acceleration amplitudes `amplitude` (m/s2), broadcast against the frequencies."""
     knots = np.array(law.amplitude_m_per_s2)
     a = np.clip(amplitude, knots[0], knots[-1])
@@ -122,10 +122,11 @@ def _relative_force_std(law: ModalLaw, f: Array, A: Array) -> Array:
     a = np.clip(A, knots[0], knots[-1])
     f_std = np.interp(a, knots, law.frequency_std_Hz)
     d_std = np.interp(a, knots, law.damping_relative_std)
-    small = 1e-4
-    base = _force(law, f, A)
-    by_frequency = (_force(law, f, A, shift_Hz=small) - _force(law, f, A, shift_Hz=-small)) / (2 * small * base)
-    by_damping = (_force(law, f, A, damping_factor=1 + small) - _force(law, f, A, damping_factor=1 - small)) / (
-        2 * small * base
-    )
-    return np.sqrt((by_frequency * f_std) ** 2 + (by_damping * d_std) ** 2 + law.force_relative_std**2)
+    small, base = 1e-4, _force(law, f, A)
+
+    def by(name: str, at: float = 0.0) -> Array:
+        up, down = (_force(law, f, A, **{name: at + change}) for change in (small, -small))
+        return (up - down) / (2 * small * base)
+
+    changes = by("shift_Hz") * f_std, by("damping_factor", 1.0) * d_std
+    return np.sqrt(changes[0] ** 2 + changes[1] ** 2 + law.force_relative_std**2)

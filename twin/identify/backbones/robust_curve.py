@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -20,10 +18,6 @@ class RobustCurve:
     coefficients : ndarray, (order + 1,)
         Highest power first.
     covariance : ndarray, (order + 1, order + 1)
-    weight : ndarray, (n,)
-        Of each value in the final fit, about 1 for those that agree and near 0 for those that do not.
-    scale
-        The noise's scale parameter, in the values' unit.
     left_out : ndarray, (n,)
         Value minus the prediction by all others.
     """
@@ -31,8 +25,6 @@ class RobustCurve:
     coefficients: Array
     covariance: Array
     x_scale: float
-    weight: Array
-    scale: float
     left_out: Array
 
     @property
@@ -69,12 +61,8 @@ def fit_robust_curve(x: Array, y: Array, *, scale: float) -> RobustCurve:
     coefficients, weight, V = _fit(x, y, order, scale)
     residual = y - V @ coefficients
     spread = np.sum(weight * residual**2) / max(len(x) - order - 1, 1)
-    covariance = np.asarray(np.linalg.pinv((V.T * weight) @ V, hermitian=True), np.float64) * max(
-        spread, (0.3 * scale) ** 2
-    )
-    return RobustCurve(
-        coefficients, covariance, _x_scale(x), weight, scale, left_out_errors(x, y, order=order, scale=scale)
-    )
+    covariance = np.linalg.pinv((V.T * weight) @ V, hermitian=True) * max(spread, (0.3 * scale) ** 2)
+    return RobustCurve(coefficients, covariance, _x_scale(x), left_out_errors(x, y, order=order, scale=scale))
 
 
 def left_out_errors(x: Array, y: Array, *, order: int, scale: float) -> Array:
@@ -91,14 +79,11 @@ def left_out_errors(x: Array, y: Array, *, order: int, scale: float) -> Array:
 def _fit(x: Array, y: Array, order: int, scale: float, *, x_scale: float | None = None) -> tuple[Array, Array, Array]:
     """Student regression by iterated weights: coefficients, weights, and the matrix of powers."""
     V = np.vander(x / (x_scale or _x_scale(x)), order + 1)
-    weight: Array = np.ones(len(x))
-    coefficients: Array = np.full(order + 1, np.inf)
+    freedom, weight, coefficients = LIMITS.robust_curve_freedom, np.ones(len(x)), np.full(order + 1, np.inf)
     for _ in range(100):
         root = np.sqrt(weight)
-        new: Array = np.asarray(np.linalg.lstsq(V * root[:, None], y * root, rcond=None)[0], np.float64)
-        weight = np.asarray(
-            (LIMITS.robust_curve_freedom + 1) / (LIMITS.robust_curve_freedom + ((y - V @ new) / scale) ** 2), np.float64
-        )
+        new = np.linalg.lstsq(V * root[:, None], y * root, rcond=None)[0]
+        weight = (freedom + 1) / (freedom + ((y - V @ new) / scale) ** 2)
         if np.allclose(new, coefficients, rtol=1e-10, atol=1e-12):
             break
         coefficients = new

@@ -4,69 +4,39 @@ The latest are kept: a fit moves the parameters that leave the structure alone f
 """
 
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import lru_cache
 
 from twin.identify.linear.linear_model import LinearModel, Output, build_linear_model
-from twin.identify.model_modification import ModelModification
+from twin.identify.model_modification import ModelModification, StructureKey
 from twin.rigs import Place, Rig
 from twin.structure import Structure, assemble
 
 KEPT = 16
-
-Factors = tuple[tuple[str, float], ...]
-StructureKey = tuple[Factors, ...]
-"""Young's moduli and shear ratios of the beams, the supports' compliance, the layers' gradients."""
 
 
 class ChangedModels:
     """Builds models of `rig` at `preload`."""
 
     def __init__(self, rig: Rig, preload: str) -> None:
-        self._rig, self._layout = rig, rig.layout()
-        self._built = lru_cache(maxsize=KEPT)(partial(_build, rig, preload))
+        self._rig, self._preload, self._layout = rig, preload, rig.layout()
+        self._built = lru_cache(maxsize=KEPT)(self._build)
         self._placed = lru_cache(maxsize=KEPT)(self._place)
 
     def model(self, modification: ModelModification, outputs: tuple[Output, ...]) -> LinearModel:
         """The model with the extension's beams, clamp, layer and positions; its ports are not yet in it."""
-        offset = modification.output_offset_m
-        layout = self._layout
+        offset, off, layout = modification.output_offset_m, modification.drive_offset_m, self._layout
         moved = tuple(
-            replace(output, place=layout.moved(output.place, offset[output.channel]))
-            if output.channel in offset else output
-            for output in outputs
-        )  # fmt: skip
-        off = modification.drive_offset_m
-        drives = tuple(layout.moved(place, off.get(name, 0.0)) for name, place in self._rig.drives.items())
-        structure = tuple(
-            tuple(sorted(changed.items()))
-            for changed in (
-                modification.beam_modulus,
-                modification.beam_shear_ratio,
-                modification.clamp_rad_per_Nm,
-                modification.layer_gradient,
-            )
+            replace(o, place=layout.moved(o.place, offset[o.channel])) if o.channel in offset else o for o in outputs
         )
-        return self._placed(structure, moved, drives)
+        drives = tuple(layout.moved(place, off.get(name, 0.0)) for name, place in self._rig.drives.items())
+        return self._placed(modification.structure, moved, drives)
 
     def _place(self, structure: StructureKey, outputs: tuple[Output, ...], drives: tuple[Place, ...]) -> LinearModel:
-        return self._built(*structure).with_places(outputs, drives)
+        return self._built(structure).with_places(outputs, drives)
 
-
-def _build(
-    rig: Rig,
-    preload: str,
-    beam_modulus: Factors,
-    beam_shear_ratio: Factors,
-    clamp_rad_per_Nm: Factors,
-    layer_gradient: Factors,
-) -> LinearModel:
-    changed = ModelModification(
-        beam_modulus=dict(beam_modulus),
-        beam_shear_ratio=dict(beam_shear_ratio),
-        clamp_rad_per_Nm=dict(clamp_rad_per_Nm),
-        layer_gradient=dict(layer_gradient),
-    )
-    return build_linear_model(rig, [], preload=preload, structure=changed_structure(rig, changed))
+    def _build(self, structure: StructureKey) -> LinearModel:
+        changed = changed_structure(self._rig, ModelModification.of_structure(structure))
+        return build_linear_model(self._rig, [], preload=self._preload, structure=changed)
 
 
 def changed_structure(rig: Rig, modification: ModelModification) -> Structure:

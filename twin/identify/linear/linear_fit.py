@@ -3,16 +3,16 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
+from twin.arrays import Array
 from twin.identify.gauss_newton import minimise
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import LinearModel, LinearParameters
 from twin.identify.linear.poles import poles_near
+from twin.identify.linear.receptance import padded
 from twin.identify.spectra.broadband import BinnedResponse, Binning, bin_response, find_resonances, hidden_resonances
 from twin.identify.spectra.driven_gaps import driven_through
 from twin.identify.spectra.spectrum import BroadbandRecord
@@ -32,9 +32,6 @@ LARGEST_STEP = {
 ELSEWHERE = tuple(pair for pair in product((-0.5, 0.0, 0.4), repeat=2) if any(pair))
 """Logarithms of factors on all joints' E' and G' to begin from."""
 
-Complex = NDArray[Any]
-Real = NDArray[Any]
-
 
 @dataclass(frozen=True, kw_only=True)
 class LinearFit:
@@ -44,16 +41,13 @@ class LinearFit:
     ----------
     chi2_per_dof : float
         Of the whitened residual.
-    history : tuple of float
-        Cost at each iteration.
     nominal : LinearParameters
         Centre of the prior.
     """
 
     base: LinearParameters
-    covariance: Real
+    covariance: Array
     chi2_per_dof: float
-    history: tuple[float, ...]
     nominal: LinearParameters
 
 
@@ -63,7 +57,7 @@ def base_prior(
     frequency_discrepancy_std: float = LIMITS.frequency_std,
     moduli_std: float = MODULI_STD,
     scatter: float = 0.0,
-) -> tuple[Real, Real]:
+) -> tuple[Array, Array]:
     """Mean and precision (u, u) of ``base.vector`` before any data: what an experimenter may be wrong about.
 
     Parameters
@@ -91,7 +85,7 @@ def base_prior(
     return nominal.vector, np.linalg.inv(covariance)
 
 
-def whiten(covariance: Complex, values: Complex) -> Complex:
+def whiten(covariance: Array, values: Array) -> Array:
     """Multiply by the inverse Cholesky factors: (b, o, o) and (b, o) or (b, o, k)."""
     L = np.linalg.cholesky(covariance)
     if values.ndim == 2:
@@ -99,7 +93,7 @@ def whiten(covariance: Complex, values: Complex) -> Complex:
     return np.linalg.solve(L, values)
 
 
-def base_bounds(joints: int = 1) -> tuple[Real, Real]:
+def base_bounds(joints: int = 1) -> tuple[Array, Array]:
     """Limits of ``base.vector``: no loss factor is negative, no damping ratio below a hundred-thousandth."""
     pack = LinearParameters.blocks(joints).pack
     lower = {"log_E": -np.inf, "log_G": -np.inf, "loss_E": 0.0, "loss_G": 0.0, "log_zeta": np.log(1e-5)}
@@ -134,7 +128,7 @@ def fit_linear(
     mean, precision = base_prior(nominal, frequency_discrepancy_std=frequency_discrepancy_std, moduli_std=moduli_std)
     omega = data.omega
 
-    def evaluate(vector: Real) -> tuple[Real, Real]:
+    def evaluate(vector: Array) -> tuple[Array, Array]:
         base = LinearParameters.from_vector(vector)
         R = model.receptance(omega, base)
         H = model.response(R, omega)
@@ -156,7 +150,6 @@ def fit_linear(
         base=LinearParameters.from_vector(solution.x),
         covariance=solution.covariance,
         chi2_per_dof=solution.chi2 / max(1, len(solution.residual) - len(mean)),
-        history=solution.history,
         nominal=nominal,
     )
 
@@ -175,7 +168,7 @@ def reduce_broadband(
     base = on_the_resonances(model, nominal, resonances)
     upright = signs = np.ones(len(model.outputs))
 
-    def reduced(base: LinearParameters, signs: Real) -> tuple[BinnedResponse, LinearFit]:
+    def reduced(base: LinearParameters, signs: Array) -> tuple[BinnedResponse, LinearFit]:
         response, omega, zeta = _reference(model, base)
         data = _binned(
             model, record, _within(band, (-zeta + 1j) * omega),
@@ -189,7 +182,11 @@ def reduce_broadband(
         if fit.chi2_per_dof > LIMITS.linear_fit_astray and not led_astray:
             led_astray = True
             # Resonances hardly move with the moduli where the layer is stiff, and shapes do: a false minimum.
-            others = [(data, _elsewhere(model, data, nominal, resonances, *f), upright) for f in ELSEWHERE]
+            others = []
+            for log_E, log_G in ELSEWHERE:
+                there = replace(nominal, E=nominal.E * np.exp(log_E), G=nominal.G * np.exp(log_G))
+                begun = on_the_resonances(model, there, resonances)
+                others.append((data, follow_resonances(model, data, begun, there), upright))
             # Nor does a fit of logarithms find its way out of a wrong sign.
             others += [(*reduced(base, turned), turned) for turned in upright - 2 * np.eye(len(upright))]
             best = min(others, key=lambda other: other[1].chi2_per_dof)
@@ -216,20 +213,7 @@ def follow_resonances(
     )
 
 
-def _elsewhere(
-    model: LinearModel,
-    data: BinnedResponse,
-    nominal: LinearParameters,
-    resonances: Real,
-    log_normal: float,
-    log_shear: float,
-) -> LinearFit:
-    """The same with the moduli held at other values."""
-    there = replace(nominal, E=nominal.E * np.exp(log_normal), G=nominal.G * np.exp(log_shear))
-    return follow_resonances(model, data, on_the_resonances(model, there, resonances), there)
-
-
-def on_the_resonances(model: LinearModel, base: LinearParameters, resonances: Real) -> LinearParameters:
+def on_the_resonances(model: LinearModel, base: LinearParameters, resonances: Array) -> LinearParameters:
     """The same, detuned to the resonances that the data show."""
     return replace(base, frequency_discrepancy=_aligned(_complex_modes(model, base)[0], resonances))
 
@@ -240,8 +224,8 @@ def bin_broadband(
     base: LinearParameters,
     *,
     force: str,
-    reference: Callable[[Real], Complex],
-    resonances_Hz: Real,
+    reference: Callable[[Array], Array],
+    resonances_Hz: Array,
 ) -> BinnedResponse:
     """Bin a broadband record against a reference that is better than the linear model.
 
@@ -261,7 +245,7 @@ def bin_broadband(
     return _binned(model, record, poles, force=force, resonances=resonances_Hz, band=band, reference=reference)
 
 
-def _resonances_and_band(model: LinearModel, record: BroadbandRecord, force: str) -> tuple[Real, Real]:
+def _resonances_and_band(model: LinearModel, record: BroadbandRecord, force: str) -> tuple[Array, Array]:
     """What the record shows, up to where the model is meant to hold: the modes whose damping is identified."""
     channels = tuple(output.channel for output in model.outputs)
     resonances, band = find_resonances(record, force=force, channels=channels)
@@ -277,12 +261,12 @@ def highest_Hz(model: LinearModel) -> float:
 def _binned(
     model: LinearModel,
     record: BroadbandRecord,
-    poles: Complex,
+    poles: Array,
     *,
     force: str,
-    resonances: Real,
-    band: Real,
-    reference: Callable[[Real], Complex],
+    resonances: Array,
+    band: Array,
+    reference: Callable[[Array], Array],
 ) -> BinnedResponse:
     channels = tuple(output.channel for output in model.outputs)
 
@@ -296,12 +280,12 @@ def _binned(
     return bin_response(record, binning)
 
 
-def _within(band_Hz: Real, poles: Complex) -> Complex:
+def _within(band_Hz: Array, poles: Array) -> Array:
     """Those poles whose decays show in the band."""
     return poles[poles.imag < 2 * np.pi * 1.3 * band_Hz[1]]
 
 
-def _aligned(values: Complex, resonances_Hz: Real) -> Real:
+def _aligned(values: Array, resonances_Hz: Array) -> Array:
     """Frequency discrepancy that put the model's first modes on the measured resonances, where one is near enough."""
     model_Hz = np.sqrt(values.real[: LIMITS.damped_modes]) / (2 * np.pi)
     frequency_discrepancy = np.zeros(LIMITS.damped_modes)
@@ -314,7 +298,7 @@ def _aligned(values: Complex, resonances_Hz: Real) -> Real:
     return frequency_discrepancy
 
 
-def _complex_modes(model: LinearModel, base: LinearParameters) -> tuple[Complex, Complex]:
+def _complex_modes(model: LinearModel, base: LinearParameters) -> tuple[Array, Array]:
     """Squares of the complex frequencies, with joint loss, and shapes with Phi' M Phi = 1, (n,) and (n, n)."""
     s = model.structure
     K = s.K0 + np.zeros((), complex)
@@ -334,7 +318,7 @@ def _complex_modes(model: LinearModel, base: LinearParameters) -> tuple[Complex,
     return values[order], inverse.T @ (vectors / np.sqrt(np.sum(vectors**2, axis=0)))
 
 
-def _reference(model: LinearModel, base: LinearParameters) -> tuple[Callable[[Real], Complex], Real, Real]:
+def _reference(model: LinearModel, base: LinearParameters) -> tuple[Callable[[Array], Array], Array, Array]:
     """A fast response function, and its natural frequencies and damping ratios.
 
     Tens of thousands of lines want a sum over complex modes instead of a solution at each; the modal damping acts on
@@ -343,15 +327,14 @@ def _reference(model: LinearModel, base: LinearParameters) -> tuple[Callable[[Re
     values, Phi = _complex_modes(model, base)
     values[: LIMITS.damped_modes] *= 1 + 2 * base.frequency_discrepancy
     omega_r = np.sqrt(values.real)
-    zeta = np.concatenate([base.zeta, model.basis.zeta])[: len(values)]
-    zeta = np.concatenate([zeta, np.full(len(values) - len(zeta), zeta[-1])])
+    zeta = padded(np.concatenate([base.zeta, model.basis.zeta]), len(values))
     viscous = np.sum((model.structure.B_C @ Phi) ** 2, axis=0).real
     zeta = zeta + viscous / (2 * np.where(omega_r > 0, omega_r, np.inf))
     residues = (model.ports.rows[model.ports.outputs] @ Phi) * (model.ports.rows[model.ports.drive] @ Phi)
     elastic = np.count_nonzero(values)
     near = np.r_[: min(40, elastic), elastic : len(values)]
 
-    def response(omega: Real) -> Complex:
+    def response(omega: Array) -> Array:
         w = omega[:, None]
         D = 1.0 / (values[near] - w**2 + 2j * zeta[near] * omega_r[near] * w)
         static = np.sum(residues[:, 40:elastic] / values[40:elastic], axis=1)

@@ -9,21 +9,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from recordings.quantities import quantity
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.linear.blocks import Blocks
-from twin.identify.linear.receptance import ModalBasis, layer_ports, lowest_modes_basis
+from twin.identify.linear.receptance import ModalBasis, layer_ports, lowest_modes_basis, padded
 from twin.identify.linear.structural_modification import PortPairs
 from twin.rigs import Place, Rig
 from twin.structure import Structure, assemble
-
-Complex = NDArray[Any]
-Real = NDArray[Any]
 
 
 @dataclass(frozen=True)
@@ -40,12 +38,12 @@ class LinearParameters:
     zeta, frequency discrepancy : ndarray, (LIMITS.damped_modes,)
     """
 
-    E: Real
-    G: Real
-    loss_E: Real
-    loss_G: Real
-    zeta: Real
-    frequency_discrepancy: Real
+    E: Array
+    G: Array
+    loss_E: Array
+    loss_G: Array
+    zeta: Array
+    frequency_discrepancy: Array
 
     def __post_init__(self) -> None:
         for name in ("E", "G", "loss_E", "loss_G"):
@@ -57,7 +55,7 @@ class LinearParameters:
         layers = [(name, joints) for name in ("log_E", "log_G", "loss_E", "loss_G")]
         return Blocks((*layers, ("log_zeta", LIMITS.damped_modes), ("frequency_discrepancy", LIMITS.damped_modes)))
 
-    def shifted(self, discrepancy: Real | float) -> LinearParameters:
+    def shifted(self, discrepancy: Array | float) -> LinearParameters:
         """The same with natural frequencies that are off by so much more, relative."""
         return replace(self, frequency_discrepancy=self.frequency_discrepancy + discrepancy)
 
@@ -67,14 +65,14 @@ class LinearParameters:
         return len(self.E)
 
     @property
-    def vector(self) -> Real:
+    def vector(self) -> Array:
         """All in one vector, see :meth:`blocks`."""
         logs = {"log_E": np.log(self.E), "log_G": np.log(self.G), "log_zeta": np.log(self.zeta)}
         rest = {"loss_E": self.loss_E, "loss_G": self.loss_G, "frequency_discrepancy": self.frequency_discrepancy}
         return self.blocks(self.joints).pack(logs | rest)
 
     @staticmethod
-    def from_vector(vector: Real) -> LinearParameters:
+    def from_vector(vector: Array) -> LinearParameters:
         """Inverse of :attr:`vector`."""
         part = LinearParameters.blocks((len(vector) - 2 * LIMITS.damped_modes) // 4).unpack(vector)
         return LinearParameters(
@@ -87,12 +85,12 @@ class LinearParameters:
         )
 
     @property
-    def complex_E(self) -> Complex:
+    def complex_E(self) -> Array:
         """E' with its loss (j,): the convention exp(+j omega t) makes a loss a positive imaginary stiffness."""
         return np.asarray(self.E * (1 + 1j * self.loss_E))
 
     @property
-    def complex_G(self) -> Complex:
+    def complex_G(self) -> Array:
         """G' with its loss, (j,)."""
         return np.asarray(self.G * (1 + 1j * self.loss_G))
 
@@ -107,7 +105,7 @@ class Output:
     sign: float = 1.0
     modal_factor: tuple[float, ...] = ()
 
-    def from_displacement(self, omega: Real) -> Complex:
+    def from_displacement(self, omega: Array) -> Array:
         """Factor from what is read at its place, the displacement or the strain, to the channel's quantity."""
         return self.sign * (1j * omega) ** self.derivative
 
@@ -136,18 +134,18 @@ class Ports:
     outputs, extra : slice
     """
 
-    outer: Real
-    normals: tuple[Real, ...]
-    shears: tuple[Real, ...]
-    dampers: Real
-    modes: Real
+    outer: Array
+    normals: tuple[Array, ...]
+    shears: tuple[Array, ...]
+    dampers: Array
+    modes: Array
     outputs: slice
     extra: slice
 
     drive: ClassVar[int] = 0
 
     @cached_property
-    def rows(self) -> Real:
+    def rows(self) -> Array:
         """All of them."""
         return np.vstack([self.outer, *self.normals, *self.shears, self.dampers, self.modes])
 
@@ -178,18 +176,18 @@ class LinearModel:
 
     structure: Structure
     basis: ModalBasis
-    reference_E: Real
-    reference_G: Real
+    reference_E: Array
+    reference_G: Array
     ports: Ports
     outputs: tuple[Output, ...]
 
-    def with_ports(self, rows: Real) -> LinearModel:
+    def with_ports(self, rows: Array) -> LinearModel:
         """The same model with other extra ports, rows (p, n)."""
         p = self.ports
         outer = np.vstack([p.outer[: p.extra.start], rows])
         return replace(self, ports=replace(p, outer=outer, extra=slice(p.extra.start, len(outer))))
 
-    def with_points(self, rows: Real) -> LinearModel:
+    def with_points(self, rows: Array) -> LinearModel:
         """The same model with further outer ports behind all others, rows (p, n)."""
         return replace(self, ports=replace(self.ports, outer=np.vstack([self.ports.outer, rows])))
 
@@ -197,13 +195,13 @@ class LinearModel:
         """The same structure driven there, with these outputs and no extra ports."""
         return self.with_outputs(outputs, [self.structure.row(place) for place in drives])
 
-    def with_outputs(self, outputs: tuple[Output, ...], drives: Sequence[Real]) -> LinearModel:
+    def with_outputs(self, outputs: tuple[Output, ...], drives: Sequence[Array]) -> LinearModel:
         """The same with the rows (n,) of the drives."""
         outer = np.vstack([*drives, *map(self._read_by, outputs)])
         here, none = slice(len(drives), len(outer)), slice(len(outer), len(outer))
         return replace(self, ports=replace(self.ports, outer=outer, outputs=here, extra=none), outputs=outputs)
 
-    def _read_by(self, output: Output) -> Real:
+    def _read_by(self, output: Output) -> Array:
         """Row (n,) of what an output reads of the displacements."""
         row, m = self.structure.row(output.place), len(output.modal_factor)
         shown = (np.asarray(output.modal_factor) - 1) * (row @ self.basis.Phi[:, :m])
@@ -211,14 +209,14 @@ class LinearModel:
 
     def receptance(
         self,
-        omega: Real,
+        omega: Array,
         base: LinearParameters,
         *,
-        dE: Complex | float = 0.0,
-        dG: Complex | float = 0.0,
+        dE: Array | float = 0.0,
+        dG: Array | float = 0.0,
         inner: bool = True,
         modal: bool = True,
-    ) -> Complex:
+    ) -> Array:
         """Receptances between all ports with the base parameters and further complex changes of the moduli.
 
         Parameters
@@ -252,7 +250,7 @@ class LinearModel:
         p = self.ports
         return PortPairs.of(self.basis, p.rows, np.r_[p.soft, : len(p.outer)], outer=len(p.outer))
 
-    def soft_stiffness(self, omega: Real, base: LinearParameters, dE: Complex | float, dG: Complex | float) -> Complex:
+    def soft_stiffness(self, omega: Array, base: LinearParameters, dE: Array | float, dG: Array | float) -> Array:
         """Dynamic stiffness (f, r) on the soft ports of the reference structure."""
         p = self.ports
         first = p.soft.start
@@ -267,8 +265,8 @@ class LinearModel:
         return S
 
     def output_field(
-        self, omega: Real, base: LinearParameters, dE: Complex, dG: Complex, *, at: NDArray[np.intp], springs: Complex
-    ) -> Complex:
+        self, omega: Array, base: LinearParameters, dE: Array, dG: Array, *, at: NDArray[np.intp], springs: Array
+    ) -> Array:
         """Displacement of the outputs per unit force on every degree of freedom, (f, o, n).
 
         Parameters
@@ -290,22 +288,22 @@ class LinearModel:
         effective = rows[k:] - (R[:, k:, :k] @ T) @ rows[:k]
         return basis.field(effective, omega)
 
-    def to_quantity(self, omega: Real) -> Complex:
+    def to_quantity(self, omega: Array) -> Array:
         """Factors (f, o) from displacements at the outputs to their channels' quantities."""
         return np.stack([output.from_displacement(omega) for output in self.outputs], axis=1)
 
-    def response(self, R: Complex, omega: Real) -> Complex:
+    def response(self, R: Array, omega: Array) -> Array:
         """Frequency responses (f, o) of the outputs per unit drive force, from receptances R."""
         return R[:, self.ports.outputs, self.ports.drive] * self.to_quantity(omega)
 
-    def sensitivity(self, R: Complex, omega: Real, base: LinearParameters) -> Complex:
+    def sensitivity(self, R: Array, omega: Array, base: LinearParameters) -> Array:
         """Sensitivities of the responses to ``base.vector``, (f, o, parameters): products of receptances."""
         into, outputs = R[:, :, self.ports.drive], np.arange(R.shape[1])[self.ports.outputs]
         return self.displacement_sensitivity(R, omega, base, outputs, into) * self.to_quantity(omega)[:, :, None]
 
     def displacement_sensitivity(
-        self, R: Complex, omega: Real, base: LinearParameters, ports: NDArray[np.intp], into: Complex
-    ) -> Complex:
+        self, R: Array, omega: Array, base: LinearParameters, ports: NDArray[np.intp], into: Array
+    ) -> Array:
         """Sensitivities of the displacements of q ports to ``base.vector``, (f, q, parameters).
 
         Parameters
@@ -326,7 +324,7 @@ class LinearModel:
         stiffness = -out[:, :, p.modal] * into[:, None, p.modal] * detuned[:, None, :]
         return np.concatenate([*columns, modal * (base.zeta * shifted), stiffness], axis=2)
 
-    def shown_sensitivity(self, into: Complex) -> Complex:
+    def shown_sensitivity(self, into: Array) -> Array:
         """Sensitivities (f, o, o m) of the outputs' displacements to the logarithm of what each shows of each mode.
 
         Parameters
@@ -365,7 +363,7 @@ def build_linear_model(
     return model.with_places(tuple(outputs), [*rig.drives.values()])
 
 
-def _one_after_another(rows: tuple[Real, ...], first: int) -> tuple[slice, ...]:
+def _one_after_another(rows: tuple[Array, ...], first: int) -> tuple[slice, ...]:
     """Where each block of rows is in a stack, from `first` on."""
     ends = first + np.cumsum([0, *(len(block) for block in rows)])
     return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
@@ -373,8 +371,7 @@ def _one_after_another(rows: tuple[Real, ...], first: int) -> tuple[slice, ...]:
 
 def nominal_parameters(rig: Rig, preload: str | None = None) -> LinearParameters:
     """What the rig file says, as a start: published moduli, no joint loss, its modal damping."""
-    zeta = np.asarray(rig.damping.modal_ratio, float)[: LIMITS.damped_modes]
-    zeta = np.concatenate([zeta, np.full(LIMITS.damped_modes - len(zeta), zeta[-1])])
+    zeta = padded(np.asarray(rig.damping.modal_ratio), LIMITS.damped_modes)
     E, G = map(np.array, rig.moduli_values(preload))
     offset = rig.natural_frequencies.offset[: LIMITS.damped_modes]
     discrepancy = np.pad(np.asarray(offset, float), (0, LIMITS.damped_modes - len(offset)))

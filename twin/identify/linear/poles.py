@@ -1,14 +1,11 @@
 """Poles of a frequency response that can be evaluated anywhere, such as a model's with whatever it was extended by."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-Complex = NDArray[Any]
-Real = NDArray[Any]
+from twin.arrays import Array
 
 AROUND, GRID = 0.02, 401
 """How far beside a guess its peak is looked for, over the guess' frequency; and at how many places."""
@@ -16,7 +13,7 @@ WIDTHS, PLACES, TURNS = 1.0, 9, 8
 """Half widths on either side of a pole to which it is fitted, at how many places, and how often at most."""
 
 
-def poles_near(response: Callable[[Real], Complex], guesses: Complex) -> Complex:
+def poles_near(response: Callable[[Array], Array], guesses: Array) -> Array:
     """The poles next to guesses.
 
     Near a pole p each response is a residue over (j omega - p) and a rest that hardly bends, so that
@@ -45,7 +42,7 @@ def poles_near(response: Callable[[Real], Complex], guesses: Complex) -> Complex
     return np.where(sound, poles, guesses)
 
 
-def _peaks(response: Callable[[Real], Complex], guesses: Complex) -> Real:
+def _peaks(response: Callable[[Array], Array], guesses: Array) -> Array:
     """The peak of the responses next to each guess; 0 where there is none."""
     omega = guesses.imag[:, None] * np.linspace(1 - AROUND, 1 + AROUND, GRID)
     level = np.sum(np.abs(response(omega.ravel())), axis=1).reshape(omega.shape)
@@ -54,7 +51,7 @@ def _peaks(response: Callable[[Real], Complex], guesses: Complex) -> Real:
     return np.array([row[place] if place >= 0 else 0.0 for row, place in zip(omega, nearest, strict=True)])
 
 
-def _fitted(response: Callable[[Real], Complex], poles: Complex) -> Complex:
+def _fitted(response: Callable[[Array], Array], poles: Array) -> Array:
     half_width = np.clip(-poles.real, 1e-6 * poles.imag, AROUND / WIDTHS * poles.imag)
     away = half_width[:, None] * np.linspace(-WIDTHS, WIDTHS, PLACES)
     H = response((poles.imag[:, None] + away).ravel()).reshape(*away.shape, -1)
@@ -62,7 +59,7 @@ def _fitted(response: Callable[[Real], Complex], poles: Complex) -> Complex:
     return 1j * poles.imag + np.array(found)
 
 
-def _fit(x: Real, H: Complex) -> complex:
+def _fit(x: Array, H: Array) -> complex:
     """The pole p of responses (f, o) at x: j x H = p H + a + b x + c x^2 with a, b and c of each response."""
     outputs = H.shape[1]
     columns = [H.T.reshape(-1, 1)]

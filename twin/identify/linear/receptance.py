@@ -13,15 +13,11 @@ Every sensitivity is then a product of receptances: d R'_oi / dp = - R'_o: (dZ/d
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.structure import JointOperators, Modes, normal_modes, rigid_motions
-
-Complex = NDArray[Any]
-Real = NDArray[Any]
 
 KEPT_MODES = 18
 
@@ -40,19 +36,19 @@ class ModalBasis:
         Remainder of the other modes in powers of omega^2: sum phi phi' / omega_r^2 and sum phi phi' / omega_r^4.
     """
 
-    omega: Real
-    zeta: Real
-    Phi: Real
-    flexibility: Real
-    flexibility2: Real
+    omega: Array
+    zeta: Array
+    Phi: Array
+    flexibility: Array
+    flexibility2: Array
 
-    def with_damping(self, zeta: Real, frequency_discrepancy: Real) -> ModalBasis:
+    def with_damping(self, zeta: Array, frequency_discrepancy: Array) -> ModalBasis:
         """Return the same modes with other damping ratios and relatively shifted frequencies for the first ones."""
         shifted = self.omega.copy()
         shifted[: len(frequency_discrepancy)] *= np.sqrt(1 + 2 * frequency_discrepancy)
         return replace(self, omega=shifted, zeta=np.concatenate([zeta, self.zeta[len(zeta) :]]))
 
-    def receptance(self, ports: Real, omega: Real) -> Complex:
+    def receptance(self, ports: Array, omega: Array) -> Array:
         """Receptance matrices between `ports`.
 
         Parameters
@@ -76,7 +72,7 @@ class ModalBasis:
         R[:, above[0], above[1]] = R[:, above[1], above[0]] = values
         return R
 
-    def field(self, rows: Complex, omega: Real) -> Complex:
+    def field(self, rows: Array, omega: Array) -> Array:
         """Displacements (f, o, n) under loads `rows` (f, o, n)."""
         w = omega[:, None]
         D = 1.0 / (self.omega**2 - w**2 + 2j * self.zeta * self.omega * w)
@@ -84,7 +80,7 @@ class ModalBasis:
         return modal @ self.Phi.T + rows @ self.flexibility + omega[:, None, None] ** 2 * (rows @ self.flexibility2)
 
 
-def lowest_modes_basis(M: Real, K: Real, zeta: Real, *, kept: int = KEPT_MODES) -> ModalBasis:
+def lowest_modes_basis(M: Array, K: Array, zeta: Array, *, kept: int = KEPT_MODES) -> ModalBasis:
     """The `kept` lowest modes of M, K with damping ratios `zeta`, and the rest as flexibility.
 
     Rigid motions come last: a mode's number, and its damping ratio, count those that strain something.
@@ -97,22 +93,23 @@ def lowest_modes_basis(M: Real, K: Real, zeta: Real, *, kept: int = KEPT_MODES) 
     scaled = rest / modes.omega[kept:]
     scaled2 = scaled / modes.omega[kept:]
     return ModalBasis(
-        modes.omega[order], _extend(np.asarray(zeta, float), kept), modes.Phi[:, order], scaled @ scaled.T,
+        modes.omega[order], padded(zeta, kept), modes.Phi[:, order], scaled @ scaled.T,
         scaled2 @ scaled2.T,
     )  # fmt: skip
 
 
-def layer_ports(joint: JointOperators) -> tuple[Real, Real]:
+def layer_ports(joint: JointOperators) -> tuple[Array, Array]:
     """Strain operators of the layer compressed to their ranks, Q_E' Q_E = KE and Q_G' Q_G = KG."""
     return _compress(joint.B_E), _compress(joint.B_G)
 
 
-def _compress(B: Real) -> Real:
+def _compress(B: Array) -> Array:
     _, singular, Vt = np.linalg.svd(B, full_matrices=False)
     rank = int(np.sum(singular > 1e-9 * singular[0]))
     return singular[:rank, None] * Vt[:rank]
 
 
-def _extend(zeta: Real, count: int) -> Real:
+def padded(zeta: Array, count: int) -> Array:
+    """Damping ratios of so many modes, whose last ones are alike."""
     zeta = np.asarray(zeta, float)[:count]
     return np.concatenate([zeta, np.full(count - len(zeta), zeta[-1])])

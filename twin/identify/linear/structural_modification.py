@@ -15,10 +15,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.linear.receptance import ModalBasis
-
-Complex = NDArray[Any]
-Real = NDArray[Any]
 
 
 @dataclass(frozen=True)
@@ -36,13 +34,13 @@ class PortPairs:
         Number of ports in the stack that are wanted at the least, its first ones, and of all.
     """
 
-    terms: Real
+    terms: Array
     places: NDArray[np.intp]
     outer: int
     stack: int
 
     @classmethod
-    def of(cls, basis: ModalBasis, rows: Real, places: NDArray[np.intp], *, outer: int) -> PortPairs:
+    def of(cls, basis: ModalBasis, rows: Array, places: NDArray[np.intp], *, outer: int) -> PortPairs:
         """Pairs of the ports at `places` in the stack of `rows`, of which so many are outer ones."""
         some = rows[places]
         P = some @ basis.Phi
@@ -50,7 +48,7 @@ class PortPairs:
         statics = [(some @ F @ some.T)[below] for F in (basis.flexibility, basis.flexibility2)]
         return cls(np.column_stack([P[below[0]] * P[below[1]], *statics]), places, outer, len(rows))
 
-    def receptance(self, basis: ModalBasis, omega: Real, S: Complex, *, inner: bool) -> Complex:
+    def receptance(self, basis: ModalBasis, omega: Array, S: Array, *, inner: bool) -> Array:
         """Receptances with stiffness S (f, r) on the first r of the ports, those that are softened.
 
         Parameters
@@ -73,7 +71,7 @@ class PortPairs:
         return out
 
 
-def update_receptance(R: Complex, ports: slice | NDArray[np.intp], S: Complex) -> Complex:
+def update_receptance(R: Array, ports: slice | NDArray[np.intp], S: Array) -> Array:
     """Receptances after adding stiffness S (f, r) on some `ports`, one diagonal for each frequency.
 
     Parameters
@@ -87,7 +85,7 @@ def update_receptance(R: Complex, ports: slice | NDArray[np.intp], S: Complex) -
     return out
 
 
-def attach(R: Complex, ports: slice, Z: Complex) -> Complex:
+def attach(R: Array, ports: slice, Z: Array) -> Array:
     """Receptances after attaching dynamic stiffness Z, (f, p) or (f, p, p), to `ports`."""
     if Z.ndim == 2:
         return update_receptance(R, ports, Z)
@@ -103,7 +101,7 @@ LANES = 16
 
 @numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTER)
 def _receptance(
-    out: Complex, omega: Real, omega_r: Real, zeta: Real, terms: Real, S: Complex, places: Any, first: int
+    out: Array, omega: Array, omega_r: Array, zeta: Array, terms: Array, S: Array, places: Any, first: int
 ) -> None:
     """Fill in `out` between the ports from the `first` one on, which is 0 or the number of springs; NaN elsewhere.
 
@@ -136,7 +134,7 @@ def _receptance(
 
 
 @numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTER)
-def _update(out: Complex, free: Complex, ports: Any, S: Complex) -> None:
+def _update(out: Array, free: Array, ports: Any, S: Array) -> None:
     """Fill in `out` with the receptances `free` after springs at `ports`, a few frequencies at a time."""
     count, springs, last = free.shape[1], len(ports), len(free) - 1
     R, spring = np.empty((count * (count + 1) // 2, 2 * LANES)), np.empty((springs, 2 * LANES))
@@ -160,7 +158,7 @@ def _update(out: Complex, free: Complex, ports: Any, S: Complex) -> None:
 
 
 @numba.njit(cache=True, error_model="numpy", nogil=True)
-def _factors(factors: Real, w: Real, omega_r: Real, zeta: Real) -> None:
+def _factors(factors: Array, w: Array, omega_r: Array, zeta: Array) -> None:
     """What the terms are multiplied by, (m + 2, 2 LANES): each mode's receptance per unit shape, 1 and omega^2.
 
     To the last bit, for at a mode's resonance rounding is magnified.
@@ -180,7 +178,7 @@ def _factors(factors: Real, w: Real, omega_r: Real, zeta: Real) -> None:
 
 
 @numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTER)
-def _put_in(R: Real, spring: Real, k: int, first: int, column: Real, scaled: Real) -> None:
+def _put_in(R: Array, spring: Array, k: int, first: int, column: Array, scaled: Array) -> None:
     """Put in one spring at port k: R - c s/(1 + s R_kk) c^T with its column c; only ports from `first` on are kept up.
 
     `spring` is (2 LANES,), `first` 0 or k + 1; `column` and `scaled`, (p, 2 LANES), are room to work in.

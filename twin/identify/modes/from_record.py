@@ -4,8 +4,6 @@ H1 with a window begins; what leakage and averaging cost there is won back on th
 decays at both ends are taken off with the poles found so far (:mod:`twin.identify.spectra.broadband`).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from twin.identify.limits import LIMITS
@@ -16,18 +14,10 @@ from twin.identify.spectra.spectrum import BroadbandRecord, h1
 ROUNDS = 2
 
 
-@dataclass(frozen=True)
-class RecordedModes:
-    """The fit, and the responses that it was made on."""
-
-    fit: ModalFit
-    response: BinnedResponse
-
-
 def modes_of_record(
     record: BroadbandRecord, *, force: str, channels: tuple[str, ...], band_Hz: tuple[float, float] | None = None
-) -> RecordedModes:
-    """Identify the modes that a record shows.
+) -> tuple[ModalFit, BinnedResponse]:
+    """The modes that a record shows, and the responses that they were fitted to.
 
     Parameters
     ----------
@@ -56,4 +46,4 @@ def modes_of_record(
         response = bin_response(record, binning)
         variance = np.einsum("foo->fo", response.relative_covariance).real
         fit = fit_modes(response.frequency_Hz, response.H, np.sqrt(variance) * np.abs(response.H))
-    return RecordedModes(fit, response)
+    return fit, response

@@ -27,12 +27,6 @@ class ChartPole:
     frequency_Hz: float
     damping_ratio: float
 
-    @property
-    def pole(self) -> complex:
-        """In the s plane, rad/s."""
-        omega = 2 * np.pi * self.frequency_Hz
-        return complex(omega * (-self.damping_ratio + 1j * np.sqrt(1 - self.damping_ratio**2)))
-
 
 def pole_chart(frequency_Hz: Array, H: Array, weight: Array, *, orders: Sequence[int]) -> tuple[ChartPole, ...]:
     """Stable poles with positive frequency of the fits of each order, rising in order and in frequency.

@@ -13,10 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.arrays import Array
+from twin.identify.gauss_newton import minimise
 from twin.identify.limits import LIMITS
 
 REMAINDERS = 3
 ITERATIONS, TOLERANCE = 40, 1e-9
+HARDLY = 1e-9
+"""Precision beforehand of a pole that no line shows."""
 
 
 @dataclass(frozen=True)
@@ -77,40 +80,28 @@ def refine_poles(
     iterations
         At most; with 0 only residues are fitted.
     """
-    w = 2 * np.pi * np.asarray(frequency_Hz, float)
-    x = np.concatenate([np.log(omega), np.log(zeta)])
-    here = _Projection.at(x, w, H, weight)
-    damping = 1e-3
-    lowest = np.log(1e-2 * np.min(w[w > 0]))
-    for _ in range(iterations):
-        J = here.jacobian
-        normal, gradient = J.T @ J, J.T @ here.residual
-        scale = np.maximum(np.diag(normal), np.finfo(float).eps * np.max(np.diag(normal)))
-        for _ in range(12):
-            try:
-                step = -np.linalg.solve(normal + damping * np.diag(scale), gradient)
-            except np.linalg.LinAlgError:
-                damping *= 4
-                continue
-            step *= min(1.0, LIMITS.largest_step / max(_size(step, x), 1e-300))
-            ahead = x + step
-            # A pole far below all lines, which may wander to nothing, is one remainder more.
-            ahead[: len(x) // 2] = np.maximum(ahead[: len(x) // 2], lowest)
-            trial = _Projection.at(ahead, w, H, weight)
-            if trial.chi2 < here.chi2:
-                break
-            damping *= 4
-        else:
-            break
-        gain = here.chi2 - trial.chi2
-        x, here, damping = ahead, trial, damping / 8
-        if gain < TOLERANCE * here.chi2:
-            break
-    m = len(omega)
+    w, m = 2 * np.pi * np.asarray(frequency_Hz, float), len(omega)
+    start = np.concatenate([np.log(omega), np.log(zeta)])
+    linear: dict[bytes, list[Array]] = {}
+
+    def evaluate(x: Array) -> tuple[Array, Array]:
+        residual, jacobian, *linear[x.tobytes()] = _projected(x, w, H, weight)
+        return residual, jacobian
+
+    def moved(x: Array, step: Array) -> Array:
+        return np.asarray(x + step * min(1.0, LIMITS.largest_step / max(_size(step, x), 1e-300)))
+
+    # A pole far below all lines, which may wander to nothing, is one remainder more.
+    lower = np.repeat([np.log(1e-2 * np.min(w[w > 0])), -np.inf], m)
+    solution = minimise(
+        evaluate, start, mean=start, precision=HARDLY * np.eye(2 * m), bounds=(lower, np.full(2 * m, np.inf)),
+        iterations=iterations, tolerance=TOLERANCE * 2 * H.size, moved=moved,
+    )  # fmt: skip
+    x, J = solution.x, solution.jacobian
     dof = max(1, 2 * H.size - len(x) - H.shape[1] * 2 * (m + REMAINDERS))
-    covariance = np.linalg.pinv(here.jacobian.T @ here.jacobian, hermitian=True)
+    (residues, remainders), covariance = linear[x.tobytes()], np.linalg.pinv(J.T @ J, hermitian=True)
     band = float(w[0]), float(w[-1])
-    return PoleFit(np.exp(x[:m]), np.exp(x[m:]), covariance, here.residues, here.remainders, band, here.chi2, dof)
+    return PoleFit(np.exp(x[:m]), np.exp(x[m:]), covariance, residues, remainders, band, solution.chi2, dof)
 
 
 def _size(step: Array, x: Array) -> float:
@@ -119,48 +110,37 @@ def _size(step: Array, x: Array) -> float:
     return float(max(np.max(np.abs(step[m:])), np.max(np.abs(step[:m]) / np.exp(x[m:])) / 4))
 
 
-@dataclass(frozen=True)
-class _Projection:
-    """Residual and Jacobian at given poles, with the linear part at its best."""
-
-    residual: Array
-    jacobian: Array
-    residues: Array
-    remainders: Array
-    chi2: float
-
-    @staticmethod
-    def at(x: Array, w: Array, H: Array, weight: Array) -> _Projection:
-        m = len(x) // 2
-        omega, zeta = np.exp(x[:m]), np.minimum(np.exp(x[m:]), 0.99)
-        root = np.sqrt(1 - zeta**2)
-        p = omega * (-zeta + 1j * root)
-        s = 1j * w[:, None]
-        plus, minus = 1 / (s - p), 1 / (s - p.conj())
-        # d p / d log omega and d p / d log zeta.
-        by = (p, omega * zeta * (-1 - 1j * zeta / root))
-        rest = _remainder_basis(w, (float(w[0]), float(w[-1])))
-        basis = np.hstack([plus + minus, 1j * (plus - minus), rest, 1j * rest])
-        norm = np.linalg.norm(basis, axis=0)
-        residual, jacobian, residues, remainders = [], [], [], []
-        for h, g in zip(H.T, weight.T, strict=True):
-            A = _stacked(g[:, None] * basis / norm)
-            Q, R = np.linalg.qr(A)
-            # Where poles meet, rounding would choose the directions of no weight: these are left out.
-            U, size, V = np.linalg.svd(R)
-            kept = size > LIMITS.refinement_dependent * size[0]
-            Q = Q @ U[:, kept]
-            y = _stacked((g * h)[:, None])[:, 0]
-            c = V[kept].T @ (Q.T @ y / size[kept]) / norm
-            r = c[:m] + 1j * c[m : 2 * m]
-            columns = [r * d * plus**2 + (r * d).conj() * minus**2 for d in by]
-            D = _stacked(g[:, None] * np.hstack(columns))
-            residual.append(A @ (c * norm) - y)
-            jacobian.append(D - Q @ (Q.T @ D))
-            residues.append(r)
-            remainders.append(c[2 * m : 2 * m + REMAINDERS] + 1j * c[2 * m + REMAINDERS :])
-        out = np.concatenate(residual)
-        return _Projection(out, np.vstack(jacobian), np.array(residues), np.array(remainders), float(out @ out))
+def _projected(x: Array, w: Array, H: Array, weight: Array) -> tuple[Array, Array, Array, Array]:
+    """Residual and Jacobian at given poles, with the linear part at its best: residues, remainders."""
+    m = len(x) // 2
+    omega, zeta = np.exp(x[:m]), np.minimum(np.exp(x[m:]), 0.99)
+    root = np.sqrt(1 - zeta**2)
+    p = omega * (-zeta + 1j * root)
+    s = 1j * w[:, None]
+    plus, minus = 1 / (s - p), 1 / (s - p.conj())
+    # d p / d log omega and d p / d log zeta.
+    by = (p, omega * zeta * (-1 - 1j * zeta / root))
+    rest = _remainder_basis(w, (float(w[0]), float(w[-1])))
+    basis = np.hstack([plus + minus, 1j * (plus - minus), rest, 1j * rest])
+    norm = np.linalg.norm(basis, axis=0)
+    residual, jacobian, residues, remainders = [], [], [], []
+    for h, g in zip(H.T, weight.T, strict=True):
+        A = _stacked(g[:, None] * basis / norm)
+        Q, R = np.linalg.qr(A)
+        # Where poles meet, rounding would choose the directions of no weight: these are left out.
+        U, size, V = np.linalg.svd(R)
+        kept = size > LIMITS.refinement_dependent * size[0]
+        Q = Q @ U[:, kept]
+        y = _stacked((g * h)[:, None])[:, 0]
+        c = V[kept].T @ (Q.T @ y / size[kept]) / norm
+        r = c[:m] + 1j * c[m : 2 * m]
+        columns = [r * d * plus**2 + (r * d).conj() * minus**2 for d in by]
+        D = _stacked(g[:, None] * np.hstack(columns))
+        residual.append(y - A @ (c * norm))
+        jacobian.append(D - Q @ (Q.T @ D))
+        residues.append(r)
+        remainders.append(c[2 * m : 2 * m + REMAINDERS] + 1j * c[2 * m + REMAINDERS :])
+    return np.concatenate(residual), np.vstack(jacobian), np.array(residues), np.array(remainders)
 
 
 def _remainder_basis(w: Array, band: tuple[float, float]) -> Array:

@@ -16,7 +16,7 @@ its slope, on that side only: even harmonics, and less stiffness for the fundame
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -29,7 +29,7 @@ from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import Opening
 from twin.identify.nonlinear.joint_law import LayerLaw, spacing, spline_basis
-from twin.identify.nonlinear.opening_kernel import balance, by_softening, force_at, growth
+from twin.identify.nonlinear.opening_kernel import Around, Layer, balance, by_softening, follow, force_at, growth
 
 SAMPLES = 64
 """Of a period."""
@@ -173,21 +173,20 @@ def balance_openings(
     X = np.zeros(shape, complex) if start is None else start.copy()
     if not laws:
         return OpeningBalance(X, X, np.zeros(a.shape, complex), 0.0)
-    layer, lost = _layer(laws, openings, slaps)
+    layer = _layer(laws, openings, slaps)
     force, more, unsettled = np.empty(shape, complex), np.empty(a.shape, complex), np.empty(len(a))
-    around = a, openings.secant, openings.weight, openings.compliance, openings.driven
 
     def settle(rows: NDArray[np.int64], share: float) -> None:
         """Balance these steps with a share of what is lost."""
-        out: Sequence[Any] = [np.ascontiguousarray(array[rows]) for array in (X, force, more, unsettled)]
-        given = _one_layout(*(a[rows] for a in around), *layer, lost * [share, 1.0, 1.0])
-        balance(*given, *out, TURNS, LIMITS.opening_balanced, SHORTEST)  # type: ignore[call-arg]
+        driven, *out = _one_layout(*(array[rows] for array in (openings.driven, X, force, more, unsettled)))
+        less = layer._replace(slap=layer.slap * [share, 1.0, 1.0])
+        balance(_around(openings, rows), driven, less, *out, TURNS, LIMITS.opening_balanced, SHORTEST)  # type: ignore[call-arg]
         for array, values in zip((X, force, more, unsettled), out, strict=True):
             array[rows] = values
 
     settle(np.arange(len(a)), 1.0)
     stuck = np.flatnonzero(unsettled > LIMITS.opening_stuck)
-    if len(stuck) and lost[:, 0].any():
+    if len(stuck) and layer.slap[:, 0].any():
         X[stuck] = 0.0
         for share in LIMITS.little_by_little:
             settle(stuck, share)
@@ -201,9 +200,8 @@ def growth_of_more(
     a = openings.fundamental
     grown = np.zeros((*a.shape, a.shape[1]), complex)
     if laws:
-        layer, lost = _layer(laws, openings, slaps)
-        around = a, openings.secant, openings.weight, openings.compliance
-        growth(*_one_layout(*around, *layer, lost, balance.motion, balance.more), grown)  # type: ignore[call-arg]
+        layer = _layer(laws, openings, slaps)
+        growth(_around(openings), layer, *_one_layout(balance.motion, balance.more), grown)  # type: ignore[call-arg]
     return grown
 
 
@@ -232,70 +230,56 @@ def stiffness_sensitivity(
     a, orders = openings.fundamental, np.array(openings.orders)
     if not laws:
         return [], np.zeros((*a.shape, moved.shape[3]), complex)
-    theta = 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES
-    waves = np.exp(1j * np.outer(theta, orders))
-    # Amounts of cosines, then of minus sines: real and imaginary parts of a harmonic.  A static part is its mean.
-    onto = np.hstack([waves.real, -waves.imag])
-    back_from = np.tile(np.where(orders == 0, 1.0, 2.0) / SAMPLES, 2)[:, None] * onto.T
-    alone = (a[:, :, None] * np.exp(1j * theta)).real
-    around = alone + (motion.transpose(0, 2, 1) @ waves.T).real
-    modulus = openings.modulus[openings.joint]
-    tables = [_odd_force(law, E) for law, E in zip(laws, openings.modulus, strict=True)]
-    slope = np.empty_like(around)
-    share, gap = np.array([_lost(slap) for slap, _ in _each(slaps, tables)]).T[:, openings.joint, None]
-    share = np.where(around > gap, share, 0.0)
-    for point, joint in enumerate(openings.joint):
-        x, _, rise = tables[joint]
-        slope[:, point] = np.interp(np.abs(around[:, point]), x, rise)
-    slope *= 1 - share
-    tangent = openings.weight[..., None] * (slope - modulus[:, None]) - openings.secant[..., None]
-    by_motion = np.einsum("it,spt,tj->spij", back_from, tangent, onto, optimize=True)
-    s, p, two = len(a), a.shape[1], onto.shape[1]
-    h = two // 2
-    C = np.zeros((s, two, p, two, p))
-    for i in range(h):
-        R = openings.compliance[:, i]
-        C[:, i, :, i], C[:, i, :, h + i] = R.real, -R.imag
-        C[:, h + i, :, i], C[:, h + i, :, h + i] = R.imag, R.real
-    J = np.einsum("siqjp,spjk->siqkp", C, by_motion).reshape(s, two * p, two * p) + np.eye(two * p)
-    first = 2 / SAMPLES * np.exp(-1j * theta)
-    by_change = (first * tangent) @ onto
+    around, layer = _around(openings), _layer(laws, openings, slaps)
+    waves = np.exp(1j * np.outer(_theta(), np.append(orders, 1)))
+    # Amounts of these waves, the fundamental's last.  A static part is its mean.
+    onto = (np.append(np.where(orders == 0, 1.0, 2.0), 2.0) / SAMPLES * waves.conj()).T
+    alone = (a[:, :, None] * waves[:, -1]).real
+    opening = alone + (motion.transpose(0, 2, 1) @ waves[:, :-1].T).real
+    share, gap = layer.slap[:, :2].T
+    lost = np.where(opening > gap[:, None], share[:, None], 0.0)
     at_rest = np.where(a == 0, 1.0, a)[:, :, None]
 
     def back(change: Array) -> Array:
-        """Fundamentals (s, p, u) of the force, once the harmonics have followed their change (s, two p, u)."""
-        followed = np.linalg.solve(J, change).reshape(s, two, p, -1).transpose(0, 2, 1, 3)
-        return np.asarray((by_change[:, :, None] @ followed)[:, :, 0])
+        """Fundamentals (s, p, u) of the force, once the harmonics have followed their change (s, h, p, u)."""
+        force = np.empty((*a.shape, change.shape[-1]), complex)
+        follow(around, layer, *_one_layout(motion, change), force)  # type: ignore[call-arg]
+        return force
 
     out = []
     for joint, law in enumerate(laws):
         own = np.flatnonzero(openings.joint == joint)
-        held = _abel(law.opening_knots.tobytes(), law.run_out), gap[own, 0], openings.weight[:, own]
-        by_law = _taken_off(around[:, own], share[:, own], np.vstack([back_from, first.real, first.imag]), *held)
-        alone_too = _taken_off(alone[:, own], 0 * alone[:, own], np.vstack([first.real, first.imag]), *held)
-        at_first, by_law = by_law[:, :, two:] - alone_too, by_law[:, :, :two]
-        driven = np.einsum("siqjp,spjn->siqn", C[..., own], by_law).reshape(s, two * p, -1)
-        force = back(-driven)
-        force[:, own] += at_first[:, :, 0] + 1j * at_first[:, :, 1]
+        held = _abel(law.opening_knots.tobytes(), law.run_out), gap[own], openings.weight[:, own]
+        by_law = _taken_off(opening[:, own], lost[:, own], onto, *held)
+        alone_too = _taken_off(alone[:, own], 0 * alone[:, own], onto[-1:], *held)
+        force = back(-np.einsum("shqp,sphn->shqn", openings.compliance[..., own], by_law[:, :, :-1], optimize=True))
+        force[:, own] += by_law[:, :, -1] - alone_too[:, :, 0]
         out.append(force / at_rest)
-    both = np.concatenate([moved.real, moved.imag], axis=1)
-    return out, back(both.reshape(s, two * p, -1)) / at_rest
+    return out, back(moved) / at_rest
 
 
-def _lost(slap: Opening | None) -> tuple[float, float]:
-    """Share of the stiffness that lost contact takes beyond the gap, and the gap, m."""
-    return (0.0, 0.0) if slap is None else (1 - slap.factor, slap.gap_m)
+def _around(openings: Openings, rows: NDArray[np.int64] | slice = slice(None)) -> Around:
+    """What the kernel takes of some steps."""
+    arrays = openings.fundamental, openings.secant, openings.weight, openings.compliance
+    return Around(*_one_layout(*(array[rows] for array in arrays)))
 
 
-def _layer(
-    laws: Sequence[LayerLaw], openings: Openings, slaps: Sequence[Opening | None]
-) -> tuple[tuple[Any, ...], Array]:
-    """What the kernel takes of the layer: moduli, orders, waves of a period, tables of forces; what is lost (p, 3)."""
+def _layer(laws: Sequence[LayerLaw], openings: Openings, slaps: Sequence[Opening | None]) -> Layer:
+    """What it takes of the layer."""
     orders, joint = np.array(openings.orders), openings.joint
-    angle = np.outer(np.arange(2 * orders[-1] + 1), 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
+    angle = np.outer(np.arange(2 * orders[-1] + 1), _theta())
     tables = np.array([_odd_force(law, E) for law, E in zip(laws, openings.modulus, strict=True)])
-    lost = np.array([(*_lost(slap), force_at(_lost(slap)[1], table)[0]) for slap, table in _each(slaps, tables)])
-    return (openings.modulus[joint], orders, np.cos(angle), np.sin(angle), tables[joint]), lost[joint]
+    lost = np.zeros((len(tables), 3))
+    for row, slap, table in zip(lost, slaps or [None] * len(tables), tables, strict=True):
+        if slap is not None:
+            row[:] = 1 - slap.factor, slap.gap_m, force_at(slap.gap_m, table)[0]
+    arrays = openings.modulus[joint], orders, np.cos(angle), np.sin(angle), tables[joint], lost[joint]
+    return Layer(*_one_layout(*arrays))
+
+
+def _theta() -> Array:
+    """A period's samples, (t,)."""
+    return np.asarray(2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
 
 
 def _one_layout(*arrays: Any) -> list[Any]:
@@ -303,19 +287,15 @@ def _one_layout(*arrays: Any) -> list[Any]:
     return [np.ascontiguousarray(array) for array in arrays]
 
 
-def _each(slaps: Sequence[Opening | None], tables: Sequence[Any] | Array) -> Iterator[tuple[Opening | None, Any]]:
-    """Each joint's lost contact, none where none is given, with its force's table."""
-    return zip(slaps or [None] * len(tables), tables, strict=True)
-
-
 def _taken_off(
     opening: Array, lost: Array, onto: Array, table: tuple[Array, Array, Array], gap: Array, weight: Array
 ) -> Array:
-    """What a unit of softening at each knot takes off the force along a period, projected on waves, (s, p, m, n)."""
-    x, off, slope = table
-    projected = np.empty((*opening.shape[:2], len(onto), off.shape[1]))
-    by_softening(*_one_layout(opening, lost, gap), x[1], off, slope, *_one_layout(onto), projected)  # type: ignore[call-arg]
-    return np.asarray(-weight[:, :, None, None] * projected)
+    """What a unit of softening at each knot takes off the force along a period: amounts of waves, (s, p, m, n)."""
+    (x, off, slope), m = table, len(onto)
+    projected = np.empty((*opening.shape[:2], 2 * m, off.shape[1]))
+    parts = np.vstack([onto.real, onto.imag])
+    by_softening(*_one_layout(opening, lost, gap), x[1], off, slope, *_one_layout(parts), projected)  # type: ignore[call-arg]
+    return np.asarray(-weight[:, :, None, None] * (projected[:, :, :m] + 1j * projected[:, :, m:]))
 
 
 def _odd_force(law: LayerLaw, modulus: float) -> tuple[Array, Array, Array]:

@@ -4,60 +4,96 @@ Real parts of all orders come first among the unknowns, then the imaginary parts
 has none.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from twin.arrays import Array
 from twin.joint.elimination import COMPILED, eliminate, eliminate_columns
 
-__all__ = ["balance", "by_softening", "force_at", "growth"]
+__all__ = ["Around", "Layer", "balance", "by_softening", "follow", "force_at", "growth"]
 
 
-@COMPILED
-def balance(
-    fundamental: Array, secant: Array, weight: Array, compliance: Array, driven: Array, modulus: Array, orders: Array,
-    cosines: Array, sines: Array, table: Array, slap: Array, X: Array, force: Array, more: Array, unsettled: Array,
-    turns: int, balanced: float, shortest: float,
-) -> None:  # fmt: skip
-    """Move harmonics X (s, h, p) to where they are in balance.
+class Around(NamedTuple):
+    """The openings and what surrounds them, as in :class:`twin.identify.nonlinear.opening_harmonics.Openings`."""
 
-    Parameters
+    fundamental: Array
+    secant: Array
+    weight: Array
+    compliance: Array
+
+
+class Layer(NamedTuple):
+    """The layers' forces at p points, and waves at a period's samples.
+
+    Attributes
     ----------
-    fundamental, secant, weight, compliance, driven, modulus, orders
-        As in :class:`twin.identify.nonlinear.opening_harmonics.Openings`; order zero, if any, comes first.
+    modulus : ndarray, (p,)
+        E', N/m2.
+    orders : ndarray of int, (h,)
+        The harmonics in question; order zero, if any, comes first.
     cosines, sines : ndarray, (n, t)
         Of n theta at a period's samples, up to twice the highest order.
     table : ndarray, (p, 3, g)
         Openings evenly from zero, the layer's whole force there per weight, and its slope.
     slap : ndarray, (p, 3)
         Share of the stiffness that is lost beyond the gap, where the joint opens; the gap; the force at the gap.
+    """
+
+    modulus: Array
+    orders: Array
+    cosines: Array
+    sines: Array
+    table: Array
+    slap: Array
+
+
+class _Period(NamedTuple):
+    """Room for openings, the force beyond the secant stiffness, its tangent, (p, t); waves (t, n) to transform by."""
+
+    opening: Array
+    path: Array
+    tangent: Array
+    cosines: Array
+    sines: Array
+
+
+@COMPILED
+def balance(
+    around: Around, driven: Array, layer: Layer, X: Array, force: Array, more: Array, unsettled: Array,
+    turns: int, balanced: float, shortest: float,
+) -> None:  # fmt: skip
+    """Move harmonics X (s, h, p) to where they are in balance.
+
+    Parameters
+    ----------
+    driven : ndarray, (s, h, p)
+        As in :class:`twin.identify.nonlinear.opening_harmonics.Openings`.
     force, more, unsettled : ndarray, (s, h, p), (s, p), (s,)
         Filled: see :class:`twin.identify.nonlinear.opening_harmonics.OpeningBalance`.
     turns, balanced, shortest
         Most Newton steps, the size of one that ends them, and the share that is taken though it comes no nearer.
     """
+    orders, compliance = layer.orders, around.compliance
     steps, H, p = X.shape
-    n, samples = H * p, cosines.shape[1]
-    still = p if orders[0] == 0 else 0
-    around, path, tangent = np.empty((p, samples)), np.empty((p, samples)), np.empty((p, samples))
-    onto = np.ascontiguousarray(cosines.T), np.ascontiguousarray(sines.T)
-    spectrum, tau = np.empty((p, len(cosines)), np.complex128), np.empty((p, len(cosines)), np.complex128)
+    n, still = H * p, p if orders[0] == 0 else 0
+    period, spectrum, tau = _room(layer)
     J, r = np.empty((2 * n - still, 2 * n - still)), np.empty(2 * n - still)
     base, taken = np.empty((H, p), np.complex128), np.empty((H, p), np.complex128)
-    miss, none = np.empty((H, p), np.complex128), np.zeros(slap.shape)
+    miss = np.empty((H, p), np.complex128)
     for s in range(steps):
         size = 1e-300
         for i in range(p):
-            size = max(size, abs(fundamental[s, i]))
+            size = max(size, abs(around.fundamental[s, i]))
         nearest, share = np.inf, 1.0
         unsettled[s] = np.inf
         for turn in range(turns + 1):
-            _open(fundamental[s], X[s], orders, cosines, sines, around)
-            _forces(around, secant[s], weight[s], modulus, table, slap, path, tangent)
-            _transform(path, onto, spectrum)
+            _force_of(around, layer, s, X[s], orders, layer.slap, period)
+            _transform(period.path, period, spectrum)
             left = _missed(X[s], driven[s], compliance[s], spectrum, orders, force[s], miss)
             # Where a contact opens within a step, whole steps may go round in circles: half of one, until it helps.
             if left < nearest or share <= shortest:
-                _transform(tangent, onto, tau)
+                _transform(period.tangent, period, tau)
                 _newton(compliance[s], tau, orders, miss, J, r)
                 longest = 0.0
                 for h in range(H):
@@ -81,50 +117,52 @@ def balance(
                     X[s, h, i] = base[h, i] - share * taken[h, i]
             if unsettled[s] < balanced:
                 # The last step is taken too: differences between close balances are meaningful.
-                _open(fundamental[s], X[s], orders, cosines, sines, around)
-                _forces(around, secant[s], weight[s], modulus, table, slap, path, tangent)
-                _transform(path, onto, spectrum)
+                _force_of(around, layer, s, X[s], orders, layer.slap, period)
+                _transform(period.path, period, spectrum)
                 _missed(X[s], driven[s], compliance[s], spectrum, orders, force[s], miss)
                 break
         # Less what the time form makes of the fundamental alone: nothing, but for its table and its least slope.
-        _open(fundamental[s], X[s], orders[:0], cosines, sines, around)
-        _forces(around, secant[s], weight[s], modulus, table, none, path, tangent)
-        _transform(path, onto, tau)
+        _force_of(around, layer, s, X[s], orders[:0], np.zeros(layer.slap.shape), period)
+        _transform(period.path, period, tau)
         for i in range(p):
-            a = fundamental[s, i]
+            a = around.fundamental[s, i]
             more[s, i] = 2.0 * (spectrum[i, 1] - tau[i, 1]) / (a if a != 0.0 else 1.0 + 0.0j)
 
 
 @COMPILED
-def _open(fundamental: Array, X: Array, orders: Array, cosines: Array, sines: Array, around: Array) -> None:
-    """Fill in the openings (p, t) along a period."""
-    for i in range(len(fundamental)):
-        a = fundamental[i]
-        for t in range(cosines.shape[1]):
-            around[i, t] = a.real * cosines[1, t] - a.imag * sines[1, t]
-        for h in range(len(orders)):
-            x, order = X[h, i], orders[h]
-            for t in range(cosines.shape[1]):
-                around[i, t] += x.real * cosines[order, t] - x.imag * sines[order, t]
+def _room(layer: Layer) -> tuple[_Period, Array, Array]:
+    """Of a period, and for two sets of Fourier coefficients (p, n)."""
+    (waves, samples), p = layer.cosines.shape, len(layer.modulus)
+    onto = np.ascontiguousarray(layer.cosines.T), np.ascontiguousarray(layer.sines.T)
+    period = _Period(np.empty((p, samples)), np.empty((p, samples)), np.empty((p, samples)), onto[0], onto[1])
+    return period, np.empty((p, waves), np.complex128), np.empty((p, waves), np.complex128)
 
 
 @COMPILED
-def _forces(
-    around: Array, secant: Array, weight: Array, modulus: Array, table: Array, slap: Array, path: Array, tangent: Array
-) -> None:
-    """Fill in the force beyond the secant stiffness, and its tangent, (p, t)."""
-    for i in range(len(around)):
-        rest = secant[i] + modulus[i] * weight[i]
-        for t in range(around.shape[1]):
-            size = abs(around[i, t])
-            sign = 1.0 if around[i, t] >= 0.0 else -1.0
-            whole, slope = force_at(size, table[i])
+def _force_of(around: Around, layer: Layer, s: int, X: Array, orders: Array, slap: Array, period: _Period) -> None:
+    """Fill in a step's openings with harmonics X (h, p), the force beyond the secant stiffness, and its tangent."""
+    opening, path, tangent = period.opening, period.path, period.tangent
+    for i in range(len(opening)):
+        a = around.fundamental[s, i]
+        for t in range(opening.shape[1]):
+            opening[i, t] = a.real * layer.cosines[1, t] - a.imag * layer.sines[1, t]
+        for h in range(len(orders)):
+            x, order = X[h, i], orders[h]
+            for t in range(opening.shape[1]):
+                opening[i, t] += x.real * layer.cosines[order, t] - x.imag * layer.sines[order, t]
+    for i in range(len(opening)):
+        weight = around.weight[s, i]
+        rest = around.secant[s, i] + layer.modulus[i] * weight
+        for t in range(opening.shape[1]):
+            size = abs(opening[i, t])
+            sign = 1.0 if opening[i, t] >= 0.0 else -1.0
+            whole, slope = force_at(size, layer.table[i])
             value = sign * whole
-            if slap[i, 0] != 0.0 and around[i, t] > slap[i, 1]:
+            if slap[i, 0] != 0.0 and opening[i, t] > slap[i, 1]:
                 value -= slap[i, 0] * (whole - slap[i, 2])
                 slope *= 1.0 - slap[i, 0]
-            path[i, t] = weight[i] * value - rest * around[i, t]
-            tangent[i, t] = weight[i] * slope - rest
+            path[i, t] = weight * value - rest * opening[i, t]
+            tangent[i, t] = weight * slope - rest
 
 
 @COMPILED
@@ -140,9 +178,9 @@ def force_at(size: float, table: Array) -> tuple[float, float]:
 
 
 @COMPILED
-def _transform(values: Array, onto: tuple[Array, Array], out: Array) -> None:
+def _transform(values: Array, period: _Period, out: Array) -> None:
     """Fill in Fourier coefficients (p, n) of samples (p, t)."""
-    cosines, sines = onto
+    cosines, sines = period.cosines, period.sines
     samples, count = cosines.shape
     real, imaginary = np.empty(count), np.empty(count)
     for i in range(len(values)):
@@ -224,56 +262,79 @@ def _jacobian(compliance: Array, tau: Array, orders: Array, J: Array) -> None:
 
 
 @COMPILED
-def growth(
-    fundamental: Array, secant: Array, weight: Array, compliance: Array, modulus: Array, orders: Array,
-    cosines: Array, sines: Array, table: Array, slap: Array, X: Array, more: Array, grown: Array,
-) -> None:  # fmt: skip
-    """Fill in how the stiffness that harmonics add changes with the fundamentals, which the harmonics follow.
+def follow(around: Around, layer: Layer, X: Array, change: Array, out: Array) -> None:
+    """Fill in the force's fundamentals once the harmonics in balance have followed what changes.
 
     The implicit function theorem on what :func:`balance` found.
+
+    Parameters
+    ----------
+    change : ndarray, (s, h, p, u)
+        Of the harmonics X (s, h, p), at forces that are held.
+    out : ndarray, (s, p, u)
+    """
+    period, tau, _ = _room(layer)
+    for s in range(len(X)):
+        _force_of(around, layer, s, X[s], layer.orders, layer.slap, period)
+        _transform(period.tangent, period, tau)
+        _followed(around.compliance[s], tau, layer.orders, change[s], out[s])
+
+
+@COMPILED
+def growth(around: Around, layer: Layer, X: Array, more: Array, grown: Array) -> None:
+    """Fill in how the stiffness that harmonics add changes with the fundamentals, which the harmonics follow.
 
     Parameters
     ----------
     grown : ndarray, (s, p, p)
         Filled: change of `more` at each point by the logarithm of the fundamental at each.
     """
+    fundamental, orders = around.fundamental, layer.orders
     steps, H, p = X.shape
-    n, samples = H * p, cosines.shape[1]
-    still = p if orders[0] == 0 else 0
-    around, path, tangent = np.empty((p, samples)), np.empty((p, samples)), np.empty((p, samples))
-    onto = np.ascontiguousarray(cosines.T), np.ascontiguousarray(sines.T)
-    tau, alone = np.empty((p, len(cosines)), np.complex128), np.empty((p, len(cosines)), np.complex128)
-    J, right, none = np.empty((2 * n - still, 2 * n - still)), np.empty((2 * n - still, p)), np.zeros(slap.shape)
+    period, tau, alone = _room(layer)
+    change = np.empty((H, p, p), np.complex128)
     for s in range(steps):
-        _open(fundamental[s], X[s], orders[:0], cosines, sines, around)
-        _forces(around, secant[s], weight[s], modulus, table, none, path, tangent)
-        _transform(tangent, onto, alone)
-        _open(fundamental[s], X[s], orders, cosines, sines, around)
-        _forces(around, secant[s], weight[s], modulus, table, slap, path, tangent)
-        _transform(tangent, onto, tau)
+        _force_of(around, layer, s, X[s], orders[:0], np.zeros(layer.slap.shape), period)
+        _transform(period.tangent, period, alone)
+        _force_of(around, layer, s, X[s], orders, layer.slap, period)
+        _transform(period.tangent, period, tau)
         for h in range(H):
             twice = 1.0 if orders[h] == 0 else 2.0
             for j in range(p):
                 force = twice * _wave(fundamental[s, j], 1, tau[j], orders[h])
                 for i in range(p):
-                    row = h * p + i
-                    value = -compliance[s, h, i, j] * force
-                    right[row, j] = value.real
-                    if row >= still:
-                        right[n + row - still, j] = value.imag
-        _jacobian(compliance[s], tau, orders, J)
-        eliminate_columns(J, right)
+                    change[h, i, j] = -around.compliance[s, h, i, j] * force
+        _followed(around.compliance[s], tau, orders, change, grown[s])
         for i in range(p):
             a = fundamental[s, i]
+            grown[s, i, i] += 2.0 * (_wave(a, 1, tau[i], 1) - _wave(a, 1, alone[i], 1))
             for j in range(p):
-                force = 0j
-                for h in range(H):
-                    k = h * p + i
-                    x = complex(right[k, j], right[n + k - still, j] if k >= still else 0.0)
-                    force += _wave(x, orders[h], tau[i], 1)
-                if i == j:
-                    force += _wave(a, 1, tau[i], 1) - _wave(a, 1, alone[i], 1)
-                grown[s, i, j] = 2.0 * force / (a if a != 0.0 else 1.0 + 0.0j) - (more[s, i] if i == j else 0.0)
+                grown[s, i, j] /= a if a != 0.0 else 1.0 + 0.0j
+            grown[s, i, i] -= more[s, i]
+
+
+@COMPILED
+def _followed(compliance: Array, tau: Array, orders: Array, change: Array, out: Array) -> None:
+    """What :func:`follow` fills in at one step, with the tangent's harmonics tau (p, n)."""
+    H, p, columns = change.shape
+    n, still = H * p, p if orders[0] == 0 else 0
+    J, right = np.empty((2 * n - still, 2 * n - still)), np.empty((2 * n - still, columns))
+    for h in range(H):
+        for i in range(p):
+            row = h * p + i
+            for j in range(columns):
+                right[row, j] = change[h, i, j].real
+                if row >= still:
+                    right[n + row - still, j] = change[h, i, j].imag
+    _jacobian(compliance, tau, orders, J)
+    eliminate_columns(J, right)
+    out[:] = 0.0
+    for h in range(H):
+        for i in range(p):
+            k = h * p + i
+            for j in range(columns):
+                x = complex(right[k, j], right[n + k - still, j] if k >= still else 0.0)
+                out[i, j] += 2.0 * _wave(x, orders[h], tau[i], 1)
 
 
 @COMPILED

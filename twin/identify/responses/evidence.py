@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from recordings.responses import Responses
+from twin.arrays import Array
 from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.linear.linear_fit import LinearFit, highest_Hz
 from twin.identify.linear.linear_model import (
@@ -26,8 +27,6 @@ from twin.identify.spectra.broadband import BinnedResponse
 from twin.rigs import Rig
 
 __all__ = ["Gathered", "gather_responses"]
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,7 @@ class Gathered:
     factors: tuple[tuple[float, ...], ...]
     shown: NDArray[np.bool_]
     scatter: float
-    damping_std: Real
+    damping_std: Array
 
 
 @dataclass(frozen=True)
@@ -101,8 +100,13 @@ def gather_responses(
     chi2 = float(np.mean([fit.chi2_per_dof for _, fit in fits]))
     own = _scatter(runs, model)
     known = scatter if scatter is not None else rig.natural_frequencies.scatter or own or LIMITS.scatter
-    told += _told_of_scatter(known, own if scatter is None and not rig.natural_frequencies.scatter else None, len(runs))
-    start = LinearFit(base=base, covariance=np.zeros((0, 0)), chi2_per_dof=chi2, history=(), nominal=nominal)
+    of_cases = own if scatter is None and not rig.natural_frequencies.scatter else None
+    told += (
+        f"natural frequencies scatter by {100 * known:.2g} % among the {len(runs)} cases"
+        if of_cases
+        else f"natural frequencies are taken to scatter by {100 * known:.2g} % from case to case",
+    )
+    start = LinearFit(base=base, covariance=np.zeros((0, 0)), chi2_per_dof=chi2, nominal=nominal)
     evidence = MeasuredData(
         rig=rig, preload=preload, model=model, outputs=outputs, force=rig.force_sensor.channel,
         reference=reference_output(model), broadband=runs, steps=no_steps(len(outputs)), unsettled=(), linear=start,
@@ -139,7 +143,7 @@ def _outputs(cases: Sequence[Case], rig: Rig) -> tuple[Output, ...]:
     for sensor in rig.response_sensors:
         if sensor.channel not in common:
             continue
-        said = {_quantity(case, sensor.channel) for case in cases} - {""}
+        said = {one.found.quantity for case in cases for one in case.matched if one.channel == sensor.channel} - {""}
         if len(said) > 1:
             reason = f"{sensor.channel} is measured as {' and as '.join(sorted(said))}"
             raise InputError(cases[-1].path, f"channel {sensor.channel}", reason, "export all cases alike")
@@ -148,10 +152,6 @@ def _outputs(cases: Sequence[Case], rig: Rig) -> tuple[Output, ...]:
     if not outputs:
         raise InputError(cases[-1].path, "", "shares no response channel with the other files", "give them apart")
     return tuple(outputs)
-
-
-def _quantity(case: Case, channel: str) -> str:
-    return next(one.found.quantity for one in case.matched if one.channel == channel)
 
 
 def _beside_each_other(
@@ -174,9 +174,3 @@ def _scatter(runs: Sequence[BinnedResponse], model: LinearModel) -> float | None
     shown = model.basis.omega[: IDENTIFY.damped_modes] / (2 * np.pi) < runs[0].frequency_Hz[-1]
     offsets = np.array([np.asarray(run.frequency_offset)[shown] for run in runs])
     return max(LIMITS.scatter, float(np.sqrt(np.sum(offsets**2) / (offsets.shape[1] * (len(runs) - 1)))))
-
-
-def _told_of_scatter(known: float, own: float | None, cases: int) -> tuple[str, ...]:
-    if own is not None:
-        return (f"natural frequencies scatter by {100 * own:.2g} % among the {cases} cases",)
-    return (f"natural frequencies are taken to scatter by {100 * known:.2g} % from case to case",)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from twin.identify.responses.limits import LIMITS
-from twin.rigs import BeamPart, Preload, Rig, StructureRig, Support
+from twin.rigs import BeamPart, Rig, StructureRig, Support
 from twin.rigs.layout import Spring
 
 __all__ = ["UpdatedParameter", "parameters_of"]
@@ -96,24 +96,16 @@ def _clamp(number: int, beam: BeamPart) -> UpdatedParameter:
     unit = beam.length / (beam.youngs_modulus * beam.second_moment)
 
     def apply(rig: Rig, x: float) -> Rig:
-        return _clamped(rig, number, x * unit if x > LIMITS.least_clamp else 0.0)
+        assert isinstance(rig, StructureRig)
+        if x <= LIMITS.least_clamp:
+            return rig
+        supports = [s.yielding(x * unit) if n == number else s for n, s in enumerate(rig.support)]
+        return rig.model_copy(update={"support": supports})
 
     return UpdatedParameter(
         f"clamp {beam.name}", "rad/Nm", 0.0, LIMITS.parameters_clamp, 0.0, lambda x: x * unit, apply
     )
 
 
-def _clamped(rig: Rig, number: int, rad_per_Nm: float) -> Rig:
-    assert isinstance(rig, StructureRig)
-    if not rad_per_Nm:
-        return rig
-    supports = [s.yielding(rad_per_Nm) if n == number else s for n, s in enumerate(rig.support)]
-    return rig.model_copy(update={"support": supports})
-
-
 def _joint(preload: str, number: int, field: str) -> Callable[[Rig, float], Rig]:
-    def apply(rig: Rig, value: float) -> Rig:
-        moduli: list[Preload] = list(rig.moduli(preload))
-        return rig.with_moduli(preload, _changed(moduli, number, {field: value}))
-
-    return apply
+    return lambda rig, value: rig.with_moduli(preload, _changed(rig.moduli(preload), number, {field: value}))

@@ -14,6 +14,7 @@ from scipy.signal import find_peaks
 
 from recordings.errors import InputError
 from recordings.responses import FoundResponse
+from twin.arrays import Array
 from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.responses.limits import LIMITS
 from twin.identify.responses.matching import Matched
@@ -21,11 +22,8 @@ from twin.identify.spectra.broadband import BinnedResponse
 
 __all__ = ["noise_of", "reduce_responses", "resonances_of"]
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
-
-def noise_of(found: FoundResponse) -> Real:
+def noise_of(found: FoundResponse) -> Array:
     """Variance of the complex relative error of each line (f,)."""
     g = found.coherence
     if g is not None and 0 < found.averages < LIMITS.averages:
@@ -41,7 +39,7 @@ def noise_of(found: FoundResponse) -> Real:
     return np.asarray(np.nan_to_num(scale) * shape)
 
 
-def _left_by_neighbours(H: Complex) -> Real:
+def _left_by_neighbours(H: Array) -> Array:
     """The same from what a local ratio of polynomials leaves, a median over the window."""
     half = min(LIMITS.window, (len(H) - 1) // 2)
     x = np.arange(-half, half + 1) / half
@@ -60,13 +58,13 @@ def _left_by_neighbours(H: Complex) -> Real:
     return np.asarray(np.pad(variance, half, mode="edge"))
 
 
-def resonances_of(frequency_Hz: Real, H: Complex) -> Real:
+def resonances_of(frequency_Hz: Array, H: Array) -> Array:
     """Frequencies of the peaks of summed magnitudes of responses (f, o)."""
     level = np.log10(np.sum(np.abs(H) / np.median(np.abs(H), axis=0), axis=1))
     return np.asarray(frequency_Hz[find_peaks(_smooth(level), prominence=LIMITS.prominence)[0]])
 
 
-def _smooth(level: Real) -> Real:
+def _smooth(level: Array) -> Array:
     return np.asarray(np.convolve(np.pad(level, 1, mode="edge"), [0.25, 0.5, 0.25], mode="valid"))
 
 
@@ -132,18 +130,18 @@ def reduce_responses(
     )  # fmt: skip
 
 
-def _bends(H: Complex) -> Real:
+def _bends(H: Array) -> Array:
     """Second difference of each line (f, o), over itself."""
     bends = np.zeros(H.shape)
     bends[1:-1] = np.abs(H[2:] - 2 * H[1:-1] + H[:-2]) / np.abs(H[1:-1])
     return bends
 
 
-def _valleys(frequency: Real, H: Complex) -> Real:
+def _valleys(frequency: Array, H: Array) -> Array:
     return np.asarray(frequency[find_peaks(-_smooth(np.log10(np.abs(H))), prominence=LIMITS.prominence)[0]])
 
 
-def _edges(frequency: Real, steep: Real) -> NDArray[np.int64]:
+def _edges(frequency: Array, steep: Array) -> NDArray[np.int64]:
     """Of bins on any axis; narrow beside the distance to the nearest steep place."""
     edges = [0]
     while edges[-1] < len(frequency):

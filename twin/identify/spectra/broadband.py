@@ -10,7 +10,6 @@ joint's nonlinearity under broadband excitation distorts the lines.
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +17,9 @@ from scipy.ndimage import percentile_filter
 from scipy.optimize import nnls
 from scipy.signal import find_peaks
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.spectra.spectrum import BroadbandRecord, h1
-
-Complex = NDArray[Any]
-Real = NDArray[Any]
 
 GRID, SURROUNDINGS = 0.01, 111
 """Step in log frequency, and how many of them are a response's surroundings: a factor of three."""
@@ -57,24 +54,24 @@ class BinnedResponse:
 
     run: str
     time_s: float
-    frequency_Hz: Real
-    H: Complex
-    relative_covariance: Complex
+    frequency_Hz: Array
+    H: Array
+    relative_covariance: Array
     channels: tuple[str, ...]
     noise_density: dict[str, float]
-    distortion: Real
-    force_power: Real
-    resonances_Hz: Real = field(default_factory=lambda: np.zeros(0))
+    distortion: Array
+    force_power: Array
+    resonances_Hz: Array = field(default_factory=lambda: np.zeros(0))
     drive: int = 0
-    frequency_offset: Real | float = 0.0
+    frequency_offset: Array | float = 0.0
 
     @property
-    def omega(self) -> Real:
+    def omega(self) -> Array:
         """Bin centres, rad/s."""
         return 2 * np.pi * self.frequency_Hz
 
     @cached_property
-    def depth(self) -> Real:
+    def depth(self) -> Array:
         """How far each response lies below its surroundings, (b, o), at least 1: large between resonances.
 
         There modes cancel, and a small relative error of each is a large one of their sum.
@@ -89,7 +86,7 @@ class BinnedResponse:
         return np.asarray(np.exp(np.maximum(near - level, 0.0)))
 
 
-def hidden_resonances(data: BinnedResponse) -> Real:
+def hidden_resonances(data: BinnedResponse) -> Array:
     """Frequencies, Hz, at which bins were too wide for what the response does there.
 
     A light resonator on the structure makes a kink, no peak that stands out by itself.
@@ -106,7 +103,7 @@ def hidden_resonances(data: BinnedResponse) -> Real:
     return np.array([np.average(f[run], weights=scatter[run]) for run in runs if kinked[run[0]]])
 
 
-def find_resonances(record: BroadbandRecord, *, force: str, channels: tuple[str, ...]) -> tuple[Real, Real]:
+def find_resonances(record: BroadbandRecord, *, force: str, channels: tuple[str, ...]) -> tuple[Array, Array]:
     """Peaks of the summed H1 magnitude within the excited band.
 
     Returns
@@ -130,7 +127,7 @@ def find_resonances(record: BroadbandRecord, *, force: str, channels: tuple[str,
     return response.frequency_Hz[peaks], band
 
 
-def _upper_level(power: Real) -> float:
+def _upper_level(power: Array) -> float:
     """The level above which half of the amplitudes lies, however little of the spectrum is excited.
 
     Of the power a shaker may have half in a single peak.
@@ -158,10 +155,10 @@ class Binning:
 
     force: str
     channels: tuple[str, ...]
-    reference: Callable[[Real], Complex]
-    poles: Complex
-    resonances_Hz: Real
-    band_Hz: Real
+    reference: Callable[[Array], Array]
+    poles: Array
+    resonances_Hz: Array
+    band_Hz: Array
     mended: Callable[[BroadbandRecord], BroadbandRecord] = lambda part: part
 
 
@@ -215,15 +212,15 @@ class _Part:
     """
 
     counts: NDArray[np.int64]
-    total: Real
-    centre: Real
-    D: Complex
-    scatter: Complex
+    total: Array
+    centre: Array
+    D: Array
+    scatter: Array
     Su: float
-    Sy: Real
+    Sy: Array
 
 
-def _products(E: Complex, weight: Real | float = 1.0) -> Complex:
+def _products(E: Array, weight: Array | float = 1.0) -> Array:
     """E E^H of each row, (b, o) to (b, o, o)."""
     return np.asarray((weight * E)[:, :, None] * np.conj(E)[:, None, :])
 
@@ -264,7 +261,7 @@ def _blocks(lines: int, outputs: int = 1) -> Iterator[slice]:
     return (slice(first, first + each) for first in range(0, lines, each))
 
 
-def _transient(R: Complex, omega: Real, poles: Complex, H: Complex, Su: float, Sy: Real) -> Complex:
+def _transient(R: Array, omega: Array, poles: Array, H: Array, Su: float, Sy: Array) -> Array:
     """Least-squares fit of the free decays that the record's ends cut: one residue per pole and channel.
 
     Weighted by the lines' noise: that of the force, `Su`, moves all channels together by their responses `H` (f, o) and
@@ -272,7 +269,7 @@ def _transient(R: Complex, omega: Real, poles: Complex, H: Complex, Su: float, S
     """
     outputs, count = R.shape[1], len(poles) + 3
 
-    def decays(rows: slice) -> Complex:
+    def decays(rows: slice) -> Array:
         jw, scale = 1j * omega[rows], omega[-1]
         return np.stack([1 / (jw - pole) for pole in poles] + [np.ones_like(jw), jw / scale, scale / jw], axis=1)
 
@@ -288,7 +285,7 @@ def _transient(R: Complex, omega: Real, poles: Complex, H: Complex, Su: float, S
     return np.concatenate([decays(rows) @ residues for rows in _blocks(len(omega))])
 
 
-def response_bins(frequency: Real, resonances_Hz: Real) -> NDArray[np.int64]:
+def response_bins(frequency: Array, resonances_Hz: Array) -> NDArray[np.int64]:
     """Edges, as places in `frequency`, of bins that are narrow near resonances and at most 8 Hz wide elsewhere."""
     edges = [0]
     step = frequency[1] - frequency[0]
@@ -300,14 +297,14 @@ def response_bins(frequency: Real, resonances_Hz: Real) -> NDArray[np.int64]:
     return np.array(edges)
 
 
-def _white_noise(E: Complex, H: Complex, bin_of: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[float, Real]:
+def _white_noise(E: Array, H: Array, bin_of: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[float, Array]:
     """White noise of force and channels from |E_o|^2 = Su |H_o|^2 + Sy_o, over bins of many lines.
 
     Fitted to the median of the scatter, relative to its size: nonlinear distortion near resonances is no outlier then.
     """
     outputs = H.shape[1]
     wide = counts[bin_of] >= 8
-    rows, sizes = [], []
+    rows = []
     for o in range(outputs):
         key = np.log(np.abs(H[wide, o]))
         order = np.argsort(key)
@@ -318,19 +315,17 @@ def _white_noise(E: Complex, H: Complex, bin_of: NDArray[np.int64], counts: NDAr
             row = np.zeros(1 + outputs)
             row[0], row[1 + o] = np.median(np.abs(H[wide, o][part]) ** 2), 1.0
             # The median of an exponential variable is ln 2 times its mean.
-            size = np.median(scatter) / np.log(2)
-            rows.append(row / size)
-            sizes.append(1.0)
+            rows.append(row / (np.median(scatter) / np.log(2)))
     if not rows:
         return 0.0, np.full(outputs, float(np.mean(np.abs(E) ** 2)) + 1e-300)
     A = np.array(rows)
     norm = np.linalg.norm(A, axis=0) + 1e-300
-    solution = nnls(A / norm, np.array(sizes))[0] / norm
+    solution = nnls(A / norm, np.ones(len(A)))[0] / norm
     floor = 1e-6 * float(np.median(np.abs(E) ** 2)) + 1e-300
     return float(solution[0]), np.maximum(solution[1:], floor)
 
 
-def _distortion(scatter: Complex, covariance: Complex, counts: NDArray[np.int64], centre: Real) -> Real:
+def _distortion(scatter: Array, covariance: Array, counts: NDArray[np.int64], centre: Array) -> Array:
     """Scatter of the lines in units of the white noise, pooled over neighbouring bins."""
     sums = np.einsum("boo->b", np.linalg.solve(covariance, scatter)).real
     freedom = scatter.shape[1] * (counts - 1.0)

@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
 
 
-def by_resonance(omega: NDArray[Any]) -> list[NDArray[np.intp]]:
+def by_resonance(omega: Array) -> list[NDArray[np.intp]]:
     """Groups of frequencies with a gap between them, from the lowest group to the highest.
 
     Parameters

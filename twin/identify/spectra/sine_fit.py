@@ -17,10 +17,11 @@ from scipy.linalg import cho_factor, cho_solve
 
 from recordings.run import DeviceSamples, Run, pieces
 from recordings.sweeps import Stretch, sweeps
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
 
 MOST_HARMONICS = 40
-Harmonics = tuple[NDArray[np.complex128], NDArray[np.float64]]
+Harmonics = tuple[Array, Array]
 """Complex amplitudes, and E|error|^2 of each."""
 
 
@@ -73,8 +74,8 @@ class SteadyState:
     target_channel: str
     target_amplitude: float
     time_s: float
-    amplitude: dict[str, NDArray[np.complex128]]
-    variance: dict[str, NDArray[np.float64]]
+    amplitude: dict[str, Array]
+    variance: dict[str, Array]
     drift: dict[str, complex]
     drift_std: dict[str, float]
     lost: int
@@ -87,7 +88,7 @@ class SteadyState:
         """Drive frequency in rad/s."""
         return 2 * np.pi * self.frequency_Hz
 
-    def ratio(self, one: str, other: str) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+    def ratio(self, one: str, other: str) -> tuple[Array, Array]:
         """Harmonics of one channel over those of another, and their relative errors; none if two devices have them."""
         for measured in self.up_to_nyquist.values():
             if one in measured and other in measured:
@@ -246,7 +247,7 @@ class _Shapes:
         edges = np.linspace(0, len(self.sound), count + 1).astype(int).tolist()
         return (slice(*ends) for ends in pairwise(edges) if np.mean(self.sound[slice(*ends)]) > 0.5)
 
-    def blocks(self, part: slice) -> Iterator[tuple[slice, NDArray[np.float64]]]:
+    def blocks(self, part: slice) -> Iterator[tuple[slice, Array]]:
         """Columns, some rows at a time: those of a long step at a high rate are hundreds of megabytes."""
         if len(self.sound) <= LIMITS.sine_fit_rows:
             yield part, self._all
@@ -259,21 +260,21 @@ class _Shapes:
         each = LIMITS.sine_fit_rows
         return (slice(first, min(first + each, part.stop)) for first in range(part.start, part.stop, each))
 
-    def samples(self, channels: Sequence[str], rows: slice) -> NDArray[np.float64]:
+    def samples(self, channels: Sequence[str], rows: slice) -> Array:
         """Those of some channels that are known, (n, channels)."""
         taken = slice(self.first + rows.start, self.first + rows.stop)
         return np.stack([self.device.values[name][taken][self.sound[rows]] for name in channels], axis=1).astype(float)
 
-    def time_s(self, rows: slice) -> NDArray[np.float64]:
+    def time_s(self, rows: slice) -> Array:
         """When they were taken, since the stretch began."""
         stamps = self.device.times_ns(self.first + rows.start, self.first + rows.stop)
         return np.asarray((stamps[self.sound[rows]] - self.start_ns) * 1e-9)
 
     @cached_property
-    def _all(self) -> NDArray[np.float64]:
+    def _all(self) -> Array:
         return self._columns(slice(0, len(self.sound)))
 
-    def _columns(self, rows: slice) -> NDArray[np.float64]:
+    def _columns(self, rows: slice) -> Array:
         time = self.time_s(rows)
         turn = np.exp(1j * self.omega * time)[:, None]
         harmonics = np.cumprod(np.broadcast_to(turn, (len(time), self.count)), axis=1)
@@ -283,7 +284,7 @@ class _Shapes:
         slow = np.stack([np.ones(len(time)), centred * cosine[:, 0], -centred * sine[:, 0]], axis=1)
         return np.hstack([cosine, -sine, *([] if self.near else [self.foreign(rows)]), slow])
 
-    def foreign(self, rows: slice) -> NDArray[np.float64]:
+    def foreign(self, rows: slice) -> Array:
         """Cosine and sine of the line, or no columns."""
         time = self.time_s(rows)
         if self.line is None:
@@ -292,9 +293,7 @@ class _Shapes:
         return np.stack([np.cos(turn), np.sin(turn)], axis=1)
 
 
-def _fit_channels(
-    shapes: _Shapes, channels: Sequence[str]
-) -> list[tuple[NDArray[np.complex128], NDArray[np.float64], complex, float]]:
+def _fit_channels(shapes: _Shapes, channels: Sequence[str]) -> list[tuple[Array, Array, complex, float]]:
     """Of each channel: harmonics, their variances, the relative drift of the fundamental, its standard deviation."""
     count, known = shapes.count, shapes.known
     gram, right, foreign = np.zeros(()), np.zeros(()), np.zeros(())
@@ -337,9 +336,7 @@ def _fit_channels(
     return fits
 
 
-def _noise_beside(
-    residual: NDArray[np.float64], time: NDArray[np.float64], omega: float, count: int
-) -> NDArray[np.float64]:
+def _noise_beside(residual: Array, time: Array, omega: float, count: int) -> Array:
     """Mean squared amplitude of the residual's spectral lines beside each harmonic.
 
     The fit has taken the harmonics' own lines out of the residual, so lines closer than 1.5 / duration are left out.

@@ -3,7 +3,6 @@
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,17 +11,18 @@ from scipy import fft, signal
 from recordings.errors import InputError
 from recordings.run import PIECE, Run, Samples
 from recordings.sweeps import Stretch, sweeps
+from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.spectra.gaps import fill_gaps
 
 
-class _Cut(Mapping[str, NDArray[np.float64]]):
+class _Cut(Mapping[str, Array]):
     """Some of the samples of channels, read and without gaps, each time that they are asked for."""
 
     def __init__(self, stored: Mapping[str, tuple[Samples, int]], length: int) -> None:
         self._stored, self.length = stored, length
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
+    def __getitem__(self, name: str) -> Array:
         samples, first = self._stored[name]
         return fill_gaps(samples[first : first + self.length].astype(float))
 
@@ -68,7 +68,7 @@ class BroadbandRecord:
     sweep: str
     time_s: float
     sample_rate_Hz: float
-    samples: Mapping[str, NDArray[np.float64]]
+    samples: Mapping[str, Array]
     missing: dict[str, NDArray[np.intp]] = field(default_factory=dict)
     late_s: dict[str, float] = field(default_factory=dict)
 
@@ -121,7 +121,7 @@ class BroadbandRecord:
         """Whether every channel has some sample."""
         return all(len(lost) < self.length for lost in self.missing.values())
 
-    def lines(self, channel: str, band_Hz: tuple[float, float]) -> tuple[NDArray[Any], NDArray[Any]]:
+    def lines(self, channel: str, band_Hz: tuple[float, float]) -> tuple[Array, Array]:
         """Frequencies and complex amplitudes (peak values) of the DFT lines within a band; a mean is none of them."""
         frequency = np.fft.rfftfreq(self.length, 1 / self.sample_rate_Hz)
         inside = (frequency >= band_Hz[0]) & (frequency <= band_Hz[1]) & (frequency > 0)
@@ -137,10 +137,10 @@ class FrequencyResponse:
     `density` is that of the power of each channel, the force's too, unit^2/Hz.
     """
 
-    frequency_Hz: NDArray[np.float64]
-    H: dict[str, NDArray[np.complex128]]
-    coherence: dict[str, NDArray[np.float64]]
-    density: dict[str, NDArray[np.float64]]
+    frequency_Hz: Array
+    H: dict[str, Array]
+    coherence: dict[str, Array]
+    density: dict[str, Array]
     averages: int
 
 
@@ -242,6 +242,6 @@ def h1(record: BroadbandRecord, *, force: str, resolution_Hz: float = 0.25) -> F
     )  # fmt: skip
 
 
-def _spectrum(x: NDArray[np.float64], window: NDArray[np.float64]) -> NDArray[np.complex128]:
+def _spectrum(x: Array, window: Array) -> Array:
     """Without the mean."""
     return np.asarray(np.fft.rfft((x - np.mean(x)) * window))

@@ -1,15 +1,14 @@
 """Which steps make a sweep."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.spectra.sine_fit import SteadyState
 
 
-def rows_by_sweep(states: Sequence[SteadyState]) -> dict[str, NDArray[Any]]:
+def rows_by_sweep(states: Sequence[SteadyState]) -> dict[str, Array]:
     """Rows of each sweep, in their order; its name with the run's where two runs have the same."""
     keys = [(state.run, state.sweep) for state in states]
     plain = [sweep for _, sweep in dict.fromkeys(keys)]
