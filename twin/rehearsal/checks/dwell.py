@@ -7,10 +7,10 @@ import math
 from collections.abc import Iterator, Sequence
 
 from twin.procedures import Dwell, Multisine, Procedure, RingDown, SteppedSine, StepResult
-from twin.rehearsal.checks.longer_wait import longer_wait
+from twin.rehearsal.checks.changes import longer_wait
 from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Caution, Rehearsal
-from twin.rehearsal.transient import transient_left
+from twin.rehearsal.turns import transient_left
 
 
 def check_dwell(rehearsal: Rehearsal) -> Iterator[Caution]:
