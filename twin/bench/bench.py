@@ -10,14 +10,13 @@ from recordings.run import Channel, SampleBlock
 from recordings.streams import Excitation
 from twin.bench.build import Built, build
 from twin.bench.decimation import decimate, decimation_taps
-from twin.bench.generator import Generator
-from twin.bench.instruments import InstrumentChannel, convert, high_pass_coefficients
+from twin.bench.generator import Generator, pulse
+from twin.bench.instruments import Converter, InstrumentChannel, convert, high_pass_coefficients
 from twin.bench.layer import JointLaw
 from twin.bench.limits import LIMITS
 from twin.bench.marching import coefficients, integrate, packed
 from twin.bench.plan import Plan
 from twin.bench.planned import MONITORS, planned
-from twin.bench.pulse import pulse
 from twin.bench.shaker import ShakerModel
 from twin.rigs import Effect, Layout, Rig
 
@@ -206,11 +205,10 @@ class Bench:
             sigma = i.noise_density * np.sqrt(self._rate / 2) if self._noise else 0.0
             if sigma:
                 self._noise_rngs[c].standard_normal(dtype=np.float32, out=noise)
-            out = np.empty(count, np.float32)
-            overload[i.name] = convert(
-                signal, noise, sigma, self._filters[c][:, 0].copy(), self._filters[c][:, 1].copy(), self._memory[c],
-                i.limit, i.step, i.quantum if self._converter else 0.0, i.range if self._converter else np.inf, out,
-            )  # fmt: skip
+            out, (poles, gains) = np.empty(count, np.float32), self._filters[c].T.copy()
+            last = (i.quantum, i.range) if self._converter else (0.0, np.inf)
+            converter = Converter(sigma, i.limit, i.step, *last)
+            overload[i.name] = convert(signal, noise, poles, gains, self._memory[c], converter, out)
             self._freeze(c, i, out, first)
             samples[i.name] = out
         return samples, overload

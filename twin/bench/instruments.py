@@ -7,6 +7,7 @@ The transducer's own resonance is a pole of the linear rig, and its delay a shif
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,11 +70,24 @@ def high_pass_coefficients(corner_Hz: float, sample_rate_Hz: float) -> tuple[flo
     return float((1 - k) / (1 + k)), float(1 / (1 + k))
 
 
+class Converter(NamedTuple):
+    """What is behind the high-passes, in the channel's unit; a step or a bit of zero rounds nothing."""
+
+    sigma: float
+    """Standard deviation of the noise."""
+    limit: float
+    """The amplifier's."""
+    step: float
+    """Of a coarse quantiser."""
+    quantum: float
+    full_scale: float
+    """The converter's bit and range."""
+
+
 @COMPILED
 def convert(
-    signal: NDArray[np.float64], noise: NDArray[np.float32], sigma: float, poles: NDArray[np.float64],
-    gains: NDArray[np.float64], memory: NDArray[np.float64], limit: float, step: float, quantum: float,
-    full_scale: float, out: NDArray[np.float32],
+    signal: NDArray[np.float64], noise: NDArray[np.float32], poles: NDArray[np.float64], gains: NDArray[np.float64],
+    memory: NDArray[np.float64], converter: Converter, out: NDArray[np.float32],
 ) -> int:  # fmt: skip
     """High-pass, limit, add noise, quantise and clip one channel; returns how many samples sit on the limit.
 
@@ -83,11 +97,10 @@ def convert(
         True signal, and normal deviates of standard deviation one.
     poles, gains, memory : ndarray, (n,), (n,), (n, 2)
         Of the high-passes in series; memory is their last input and output.
-    limit, step, quantum, full_scale : float
-        Amplifier's limit, coarse quantiser (zero: none), the converter's bit (zero: none) and range.
     out : ndarray, (count,)
         Filled.
     """
+    sigma, limit, step, quantum, full_scale = converter
     overload = 0
     top = full_scale - quantum
     bits = 1.0 / quantum if quantum > 0.0 else 0.0

@@ -52,6 +52,14 @@ class Matrices:
         for row in self.structure.translations(place):
             self.M = with_square(self.M, mass_kg, self.pad(row))
 
+    def add_spring(self, place: Place, stiffness_N_per_m: float) -> None:
+        """Tie a place to the ground in its direction."""
+        self.K0 = with_square(self.K0, stiffness_N_per_m, self.row(place))
+
+    def add_damper(self, place: Place, damping_Ns_per_m: float) -> None:
+        """The same by a viscous damper."""
+        self.C = with_square(self.C, damping_Ns_per_m, self.row(place))
+
     def append_resonator(self, place: Place, mass_kg: float, frequency_Hz: float, damping_ratio: float) -> None:
         """Hang a mass on a spring and a dashpot at a place, moving in its direction."""
         w = 2 * np.pi * frequency_Hz
