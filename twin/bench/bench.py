@@ -243,8 +243,8 @@ def drive_limits(rig: Rig) -> dict[str, float]:
     """The limits of a rig's amplifier and armature, V, A and m, by the monitor that comes up to each."""
     if rig.shaker.ideal:
         return {}
-    shaker = ShakerModel.of(rig.shaker)
-    limits = {"amplifier": shaker.voltage_limit, "current": shaker.current_limit, "stroke": shaker.stroke_limit}
+    current_A = ShakerModel(rig.shaker).current_limit
+    limits = {"amplifier": rig.shaker.voltage_limit, "current": current_A, "stroke": rig.shaker.stroke_limit}
     return {name: limit for name, limit in limits.items() if limit}
 
 

@@ -233,7 +233,7 @@ def build(plan: Plan, *, drive: Literal["shaker", "force"]) -> Built:
     numbered = _Numbered()
     for element in elements:
         numbered.add(element.row @ T, element.velocity)
-    shaker = ShakerModel.of(rig.shaker) if drive == "shaker" else None
+    shaker = ShakerModel(rig.shaker) if drive == "shaker" else None
     shaker_laws = tuple(shaker.laws()) if shaker else ()
     asked = {name for name, law in shaker_laws} | {law.turns for _, law in shaker_laws if isinstance(law, ForceFactor)}
     shaker_rows = tuple(name for name in COORDINATES if name in asked)

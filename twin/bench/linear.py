@@ -160,20 +160,20 @@ def linear_rig(
         A[rate, at], A[rate, rate] = -1 / FOLLOWING_s**2, -np.sqrt(2.0) / FOLLOWING_s
         B[rate, 1 : 1 + len(loads)] = row @ R @ patterns / FOLLOWING_s**2
     if shaker:
-        v, i = x + 1, x + 2
+        table, v, i = shaker.table, x + 1, x + 2
         A[x, v] = 1.0
-        A[v] = -F_x / shaker.armature_mass
-        A[v, x] -= shaker.suspension_stiffness / shaker.armature_mass
-        A[v, i] += shaker.force_factor / shaker.armature_mass
-        B[v] = -F_u / shaker.armature_mass
-        A[i, i] = -(shaker.coil_resistance + shaker.output_resistance) / shaker.coil_inductance
-        A[i, v] = -shaker.force_factor / shaker.coil_inductance
-        B[i, 0] = shaker.command_gain / shaker.coil_inductance
+        A[v] = -F_x / table.armature_mass
+        A[v, x] -= table.suspension_stiffness / table.armature_mass
+        A[v, i] += table.force_factor / table.armature_mass
+        B[v] = -F_u / table.armature_mass
+        A[i, i] = -(table.coil_resistance + shaker.output_resistance) / table.coil_inductance
+        A[i, v] = -table.force_factor / table.coil_inductance
+        B[i, 0] = shaker.command_gain / table.coil_inductance
         for n, load in enumerate(shaker_loads, start=1 + len(loads)):
             if load in ("stroke", "armature-velocity"):
-                B[v, n] = -1.0 / shaker.armature_mass
+                B[v, n] = -1.0 / table.armature_mass
             else:
-                B[i, n] = -1.0 / shaker.coil_inductance
+                B[i, n] = -1.0 / table.coil_inductance
 
     C, D = np.zeros((len(outputs), size)), np.zeros((len(outputs), count))
     lagging = iter(range(own, x, 2))
@@ -234,7 +234,7 @@ def _of_the_shaker(shaker: ShakerModel, quantity: str, size: int) -> tuple[Matri
     """Row over the states, and share of the generator's voltage, of one of the shaker's own coordinates."""
     row = np.zeros(size)
     if quantity == "reference":
-        return row, shaker.gain
+        return row, shaker.table.amplifier_gain
     if quantity == "command":
         row[-1] = -shaker.output_resistance
         return row, shaker.command_gain
