@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from recordings.quantities import is_motion, quantity
 from recordings.run import Channel
 from twin.procedures import Impact, Procedure, ProcedureResult, StepResult, SweptSine
-from twin.procedures.limits import LIMITS as PROCEDURES_LIMITS
 from twin.rehearsal.bands import band_numbers
 from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.nominal import NominalRig
@@ -100,10 +99,7 @@ class Rehearsal:
 
     def half_width_Hz(self, frequency_Hz: float) -> float:
         """Half of the half-power bandwidth of a resonance near a frequency."""
-        ratio = (
-            PROCEDURES_LIMITS.usual_damping_ratio if self.nominal.damping_ratio is None else self.nominal.damping_ratio
-        )
-        return ratio * frequency_Hz
+        return self.nominal.damping_ratio * frequency_Hz
 
     def sweeps(self) -> dict[str, list[StepResult]]:
         """The sine steps of each sweep, in the order they were taken; ring-downs and broadband steps left out."""

@@ -20,7 +20,7 @@ def check_dwell(rehearsal: Rehearsal) -> Iterator[Caution]:
         yield from (_restless(procedure, step) for step in rehearsal.result.steps if not _repeats(step))
         return
     for sweep, steps in rehearsal.sweeps().items():
-        left = [transient_left(rehearsal, step, before) for before, step in _pairs(steps)]
+        left = [transient_left(rehearsal, step, before) for before, step in zip([None, *steps], steps, strict=False)]
         worst = max(range(len(steps)), key=lambda i: left[i])
         short = sum(one > LIMITS.dwell_allowed for one in left)
         if not short:
@@ -57,10 +57,6 @@ def _restless(procedure: Multisine, step: StepResult) -> Caution:
 
 def _part(left: float) -> str:
     return "most" if left > 0.5 else f"about {100 * left:.2g} %"
-
-
-def _pairs(steps: Sequence[StepResult]) -> list[tuple[StepResult | None, StepResult]]:
-    return list(zip([None, *steps[:-1]], steps, strict=True))
 
 
 def _hysteresis(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult]) -> str:
