@@ -14,6 +14,7 @@ from twin.arrays import Array
 from twin.checks.finding import Action, Finding
 from twin.checks.thresholds import BEYOND_RANGE, FEW, HALF_EMPTY, WILD, ZEROS_OVER_NEIGHBOURS
 from twin.diagnose.signals.levels import SAMPLES, smallest_step
+from twin.identify.rig_channels import without_channels
 
 FAR = 0.9
 """Of the distance of a channel's extremes, which no sampled signal goes at one step between small ones."""
@@ -32,7 +33,7 @@ def look_at_samples(run: Run, *, force: str) -> tuple[Run, list[Finding]]:
         findings += wild
         if finding is not None:
             findings.append(finding)
-            run = run if channel == force else _without(run, channel)
+            run = run if channel == force else without_channels(run, {channel})
     return run, findings
 
 
@@ -225,12 +226,3 @@ def _overflows(samples: Samples, start: int, stop: int) -> int:
         back = np.all((beside * jump < 0) & (np.abs(beside) < (1 - FAR) * np.abs(jump)), axis=0)
         jumps, count = jumps + int(np.sum(back)), count + len(far)
     return jumps if 2 * jumps > count else 0
-
-
-def _without(run: Run, channel: str) -> Run:
-    devices = {
-        name: replace(device, values={one: x for one, x in device.values.items() if one != channel})
-        for name, device in run.devices.items()
-        if set(device.values) != {channel}
-    }
-    return replace(run, channels={n: c for n, c in run.channels.items() if n != channel}, devices=devices)
