@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.container.stored import with_samples
 from recordings.run import PIECE, Run, Samples, pieces
@@ -51,36 +50,26 @@ def _without_wild(run: Run, channel: str) -> tuple[Run, list[Finding]]:
     most = min(WILD * usual if usual > 0 else np.inf, BEYOND_RANGE * limit if limit else np.inf)
     if not largest > most:
         return run, []
-    wild, beside, count = _beyond(samples, most)
+    at, wild, beside_at, beside, count = _beyond(samples, most)
     unit = run.channels[channel].unit
     if count > FEW * len(samples):
         found = f"{count} samples up to {largest:.3g} {unit}, so that no use is made of it"
         run = replace(run, channels={**run.channels, channel: replace(run.channels[channel], range=None)})
         return run, [Finding(run.path, channel, "range", f"at most its range of {limit:g} {unit}", found, "told")]
-    size = np.abs(wild.values)
+    size = np.abs(wild)
     if WILD * usual == most:
-        alone = size > ALONE * np.interp(wild.positions, beside.positions, np.abs(beside.values))
-        wild, size = _At(wild.positions[alone], wild.values[alone]), size[alone]
-        count = len(size)
+        alone = size > ALONE * np.interp(at, beside_at, np.abs(beside))
+        at, size, count = at[alone], size[alone], int(np.sum(alone))
     if not count:
         return run, []
     told = f"{float(np.max(size)):.3g} {unit}"
-    line = np.interp(wild.positions, beside.positions, beside.values).astype(np.float32)
-    drawn = with_samples(samples, wild.positions, line)
+    drawn = with_samples(samples, at, np.interp(at, beside_at, beside).astype(np.float32))
     when = "sample" if count == 1 else "samples"
     finding = Finding(
         run.path, channel, "wild", f"at most {most:.3g} {unit}", f"{count} wild {when} of {told}", "set aside"
     )
     device = replace(device, values={**device.values, channel: drawn})
     return replace(run, devices={**run.devices, device.device: device}), [finding]
-
-
-@dataclass(frozen=True)
-class _At:
-    """Samples (k,) at some positions."""
-
-    positions: NDArray[np.int64]
-    values: Array
 
 
 def _usual(samples: Samples) -> tuple[float, float]:
@@ -107,10 +96,10 @@ def _usual(samples: Samples) -> tuple[float, float]:
     return float(np.quantile(pair, place - int(place))), largest
 
 
-def _beyond(samples: Samples, most: float) -> tuple[_At, _At, int]:
-    """Samples larger than `most`, those next to them or to missing ones that are not, and how many are larger.
+def _beyond(samples: Samples, most: float) -> tuple[Array, Array, Array, Array, int]:
+    """Positions and values of samples larger than `most`, and of those beside them or missing ones that are not.
 
-    Where these are more than single ones they are only counted.
+    And how many are larger; where these are more than single ones they are only counted.
     """
     found: list[list[Array]] = [[np.empty(0, np.int64)], [np.empty(0)], [np.empty(0, np.int64)], [np.empty(0)]]
     at = count = 0
@@ -127,8 +116,8 @@ def _beyond(samples: Samples, most: float) -> tuple[_At, _At, int]:
                 kept[0].append(first + np.flatnonzero(chosen))
                 kept[1].append(x[chosen])
         at += len(piece)
-    positions, values, next_to, others = map(np.concatenate, found)
-    return _At(positions, values), _At(next_to, others), count
+    at_larger, larger_ones, at_beside, those_beside = map(np.concatenate, found)
+    return at_larger, larger_ones, at_beside, those_beside, count
 
 
 def _dead(run: Run, channel: str, *, action: Action) -> Finding | None:
