@@ -18,7 +18,7 @@ from twin.bench.marching import Elements
 from twin.bench.plan import Element, JointPlan, Matrices, Plan
 from twin.bench.reduction import Condensed, ModalModel, condense, with_layers
 from twin.bench.shaker import COORDINATES, ShakerModel
-from twin.joint import Law, PiecewiseLinearContact, RunningLoss, jenkins
+from twin.joint import Law, PiecewiseLinearContact, RunningLoss
 from twin.rigs import LawOfRig, NamedLaws, Place
 from twin.structure import assemble, layer_points, normal_modes, rigid_motions
 from twin.structure.law_table import layer_table
@@ -196,9 +196,9 @@ class Built:
 
 def _form(instrument: InstrumentChannel) -> str:
     """What the linear rig reads for it: the derivative of its row's motion, or a quantity of the shaker."""
-    if not is_response(instrument.quantity):
-        return instrument.quantity
-    return ("displacement", "velocity", "acceleration")[quantity(instrument.quantity).derivative]
+    if not is_response(instrument.reads):
+        return instrument.reads
+    return ("displacement", "velocity", "acceleration")[quantity(instrument.reads).derivative]
 
 
 def build(plan: Plan, *, drive: Literal["shaker", "force"]) -> Built:
@@ -309,10 +309,7 @@ def _layer_elements(plan: Plan, matrices: Matrices, number: int, joint: JointPla
             for one in more
             for row, weight in zip(rows, weights, strict=True)
         ]
-    return elements + [
-        Element(slips[slider.point], jenkins(slider.stiffness_N_per_m, slider.slip_force_N), joint=number)
-        for slider in joint.sliders
-    ]
+    return elements + [Element(slips[point], slider, joint=number) for point, slider in joint.sliders]
 
 
 def _seen(matrices: Matrices, place: Place, instrument: InstrumentChannel) -> Matrix:

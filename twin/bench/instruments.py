@@ -7,12 +7,12 @@ The transducer's own resonance is a pole of the linear rig, and its delay a shif
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from recordings.quantities import quantity
+from recordings.run import Channel
 from twin.joint.kernel import COMPILED
 from twin.rigs import Transducer
 
@@ -21,16 +21,14 @@ from twin.rigs import Transducer
 class InstrumentChannel:
     """One channel as it is, which need not be as its data sheet says.
 
+    `channel` is what a recording says of it, `reads` the quantity of the rig that it shows;
     `corners_Hz` are first-order high-passes; `cross_talk` adds a factor times another channel's true quantity;
-    `transverse` is the share of the surface's motion along the beam;
-    `hum` is (Hz, amplitude); `direction` is what a recording says of it;
+    `transverse` is the share of the surface's motion along the beam; `hum` is (Hz, amplitude);
     `freezes_per_s` and `freeze_s` make stretches in which the last value is repeated.
     """
 
-    name: str
-    quantity: str
-    unit: str
-    position_m: float | None
+    channel: Channel
+    reads: str
     range: float
     noise_density: float = 0.0
     bits: int = 24
@@ -45,17 +43,19 @@ class InstrumentChannel:
     transverse: float = 0.0
     freezes_per_s: float = 0.0
     freeze_s: float = 0.0
-    direction: str = "+y"
 
     @classmethod
-    def of(cls, sensor: Transducer, bits: int, *, position_m: float | None, direction: str = "+y") -> InstrumentChannel:
+    def of(cls, sensor: Transducer, bits: int, *, position_m: float | None, direction: str) -> InstrumentChannel:
         """A channel as the rig file describes it."""
-        unit = quantity(sensor.quantity).unit
+        channel = Channel(
+            name=sensor.channel, quantity=sensor.quantity, unit=quantity(sensor.quantity).unit, position_m=position_m,
+            range=sensor.range, direction=direction,
+        )  # fmt: skip
         corners = [sensor.high_pass] if sensor.high_pass > 0 else []
         resonances = [(sensor.mounting_frequency, sensor.mounting_damping)] if sensor.mounting_frequency else []
         return cls(
-            sensor.channel, sensor.quantity, unit, position_m, sensor.range, sensor.noise_density, bits, corners,
-            resonances=resonances, transverse=sensor.transverse_sensitivity, direction=direction,
+            channel, sensor.quantity, sensor.range, sensor.noise_density, bits, corners,
+            resonances=resonances, transverse=sensor.transverse_sensitivity,
         )  # fmt: skip
 
     @property
@@ -70,24 +70,11 @@ def high_pass_coefficients(corner_Hz: float, sample_rate_Hz: float) -> tuple[flo
     return float((1 - k) / (1 + k)), float(1 / (1 + k))
 
 
-class Converter(NamedTuple):
-    """What is behind the high-passes, in the channel's unit; a step or a bit of zero rounds nothing."""
-
-    sigma: float
-    """Standard deviation of the noise."""
-    limit: float
-    """The amplifier's."""
-    step: float
-    """Of a coarse quantiser."""
-    quantum: float
-    full_scale: float
-    """The converter's bit and range."""
-
-
 @COMPILED
 def convert(
-    signal: NDArray[np.float64], noise: NDArray[np.float32], poles: NDArray[np.float64], gains: NDArray[np.float64],
-    memory: NDArray[np.float64], converter: Converter, out: NDArray[np.float32],
+    signal: NDArray[np.float64], noise: NDArray[np.float32], sigma: float, poles: NDArray[np.float64],
+    gains: NDArray[np.float64], memory: NDArray[np.float64], limit: float, step: float, quantum: float,
+    full_scale: float, out: NDArray[np.float32],
 ) -> int:  # fmt: skip
     """High-pass, limit, add noise, quantise and clip one channel; returns how many samples sit on the limit.
 
@@ -97,10 +84,11 @@ def convert(
         True signal, and normal deviates of standard deviation one.
     poles, gains, memory : ndarray, (n,), (n,), (n, 2)
         Of the high-passes in series; memory is their last input and output.
+    limit, step, quantum, full_scale : float
+        Amplifier's limit, coarse quantiser (zero: none), the converter's bit (zero: none) and range.
     out : ndarray, (count,)
         Filled.
     """
-    sigma, limit, step, quantum, full_scale = converter
     overload = 0
     top = full_scale - quantum
     bits = 1.0 / quantum if quantum > 0.0 else 0.0

@@ -86,15 +86,6 @@ class Element:
     joint: int = 0
 
 
-@dataclass(frozen=True)
-class JointSlider:
-    """A friction element on the slip of one of the layer's points, counted from where the layer begins."""
-
-    point: int
-    stiffness_N_per_m: float
-    slip_force_N: float
-
-
 @dataclass
 class JointPlan:
     """A joint as the truth has it.
@@ -112,7 +103,7 @@ class JointPlan:
     rate_per_s
         Relative loss of E' per second.
     sliders
-        Friction elements in the layer.
+        Friction elements on the slip of the layer's points, counted from where it begins.
     """
 
     name: str
@@ -122,7 +113,7 @@ class JointPlan:
     law_changes: list[Callable[[JointLaw, float], JointLaw]] = field(default_factory=list)
     gradient: float = 0.0
     rate_per_s: float = 0.0
-    sliders: list[JointSlider] = field(default_factory=list)
+    sliders: list[tuple[int, Law]] = field(default_factory=list)
 
 
 @dataclass
