@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.bench.build import Built
-from twin.bench.linear import LinearRig, Poles, ReadOff, linear_rig, to_poles
+from twin.bench.linear import Inputs, LinearRig, Poles, ReadOff, linear_rig, to_poles
 from twin.bench.marching import Elements
 from twin.bench.reduction import ModalModel
 from twin.joint import Law, jenkins
@@ -65,10 +65,10 @@ class RigOfPlaces:
         shown = ReadOff("acceleration", row(SHOWN))
         return linear_rig(
             ModalModel(omega[: self.modes], np.eye(STATICS)[:, : self.modes], residual),
-            zeta=np.full(self.modes, DAMPING_RATIO), damping=np.zeros((STATICS, STATICS)),
-            drive_row=row(DRIVEN), drive_load=row(DRIVEN), shaker=None, loads=rows,
-            outputs=[*(ReadOff("displacement", each) for each in rows), shown],
-        )  # fmt: skip
+            Inputs(drive_row=row(DRIVEN), drive_load=row(DRIVEN), loads=rows),
+            [*(ReadOff("displacement", each) for each in rows), shown],
+            damping=np.diag(2 * DAMPING_RATIO * omega[: self.modes]),
+        )
 
     def poles(self, time_s: float, internal_rate_Hz: float) -> Poles:
         """The same at any time and rate, diagonal."""

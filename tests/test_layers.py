@@ -39,7 +39,7 @@ def test_a_folder_and_a_file_are_seen_at_a_glance(package):
 
 OF_A_CAUSE = {
     "effect.py": {"bench", "joint", "rigs", "structure"},
-    "model.py": {"diagnose", "identify", "joint", "rigs", "structure"},
+    "model.py": {"causes", "diagnose", "identify", "joint", "rigs", "structure"},
     "finding.py": {"diagnose", "identify"},
     "__init__.py": {"cause_registry"},
 }

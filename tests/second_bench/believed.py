@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tests.second_bench.beams import Beam
-from tests.second_bench.specimen import Layer, Specimen
+from tests.second_bench.mechanics.beams import Beam
+from tests.second_bench.mechanics.specimen import Layer, Specimen
 
 PRELOAD = "120N"
 """Name of the joint's preload in the rig file."""

@@ -14,10 +14,10 @@ import numpy as np
 from tests.second_bench.believed import TRANSDUCERS, rig_text
 from tests.second_bench.channels import Wiring
 from tests.second_bench.effects import LISTED, UNLISTED, Rig
+from tests.second_bench.mechanics.structure import modes_of
 from tests.second_bench.plans import Noise, sweeps_of
 from tests.second_bench.recorder import Campaign
 from tests.second_bench.sizing import sized
-from tests.second_bench.structure import modes_of
 from tests.second_bench.unknowns import drawn_specimen
 
 EFFECTS = {**LISTED, **UNLISTED}

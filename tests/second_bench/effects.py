@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tests.second_bench.beams import WeakStretch
 from tests.second_bench.believed import BELIEVED, ELEMENTS
 from tests.second_bench.channels import Wiring
-from tests.second_bench.laws import Kind
-from tests.second_bench.specimen import GroundElement, Specimen
+from tests.second_bench.mechanics.beams import WeakStretch
+from tests.second_bench.mechanics.laws import Kind
+from tests.second_bench.mechanics.specimen import GroundElement, Specimen
 
 Parameters = dict[str, float | str]
 

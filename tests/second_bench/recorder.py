@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from recordings import RunWriter, SampleBlock, Step, StepState
 from tests.second_bench.believed import PRELOAD, SHAKER, TRANSDUCERS, rig_text
-from tests.second_bench.bench import Bench
 from tests.second_bench.channels import DEVICE, Reading, Wiring, announced
+from tests.second_bench.mechanics.bench import Bench
+from tests.second_bench.mechanics.specimen import Specimen
 from tests.second_bench.plans import Noise, Sweeps
 from tests.second_bench.shaker import Distortion, noise, sine
 from tests.second_bench.sine_wave import fundamental
-from tests.second_bench.specimen import Specimen
 
 Array = NDArray[np.float64]
 

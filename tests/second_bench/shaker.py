@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.second_bench.believed import Shaker
-from tests.second_bench.structure import Modes
+from tests.second_bench.mechanics.structure import Modes
 
 Array = NDArray[np.float64]
 

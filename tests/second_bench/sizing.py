@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.second_bench.bench import Bench
 from tests.second_bench.effects import Effect, Rig
-from tests.second_bench.specimen import Specimen
+from tests.second_bench.mechanics.bench import Bench
+from tests.second_bench.mechanics.specimen import Specimen
 
 CHANGES = (0.02, 0.1)
 """Of the response at resonance, relative, that effects of normal size make; drawn in between."""

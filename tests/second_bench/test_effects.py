@@ -10,9 +10,9 @@ from tests.second_bench.believed import BELIEVED, TRANSDUCERS
 from tests.second_bench.campaign import EFFECTS, Case, record
 from tests.second_bench.channels import Wiring
 from tests.second_bench.effects import LISTED, UNLISTED, Rig
+from tests.second_bench.mechanics.structure import modes_of
 from tests.second_bench.plans import Noise, sweeps_of
 from tests.second_bench.sizing import CHANGES, near_resonance, sized
-from tests.second_bench.structure import modes_of
 from tests.second_bench.unknowns import drawn_specimen
 
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.second_bench.beams import Beam
 from tests.second_bench.believed import BELIEVED
-from tests.second_bench.specimen import Layer, Specimen
+from tests.second_bench.mechanics.beams import Beam
+from tests.second_bench.mechanics.specimen import Layer, Specimen
 
 MODULI = 0.15
 """Of the layer: a torque wrench's error."""

@@ -10,14 +10,13 @@ from recordings.run import Channel, SampleBlock
 from recordings.streams import Excitation
 from twin.bench.build import Built, build
 from twin.bench.decimation import decimate, decimation_taps
-from twin.bench.generator import Generator
+from twin.bench.generator import Generator, pulse
 from twin.bench.instruments import InstrumentChannel, convert, high_pass_coefficients
 from twin.bench.layer import JointLaw
 from twin.bench.limits import LIMITS
 from twin.bench.marching import coefficients, integrate, packed
 from twin.bench.plan import Plan
-from twin.bench.planned import MONITORS, planned
-from twin.bench.pulse import pulse
+from twin.bench.planned import planned
 from twin.bench.shaker import ShakerModel
 from twin.rigs import Effect, Layout, Rig
 
@@ -44,7 +43,7 @@ class Bench:
         self._internal_rate = internal_rate_Hz
         self._built = build(plan, drive=drive)
         self._instruments = list(plan.instruments.values())
-        self._channels = tuple(_described(instrument) for instrument in self._instruments)
+        self._channels = tuple(instrument.channel for instrument in self._instruments)
         self._index = 0
         self._rate = 0.0
         self._time_s = 0.0
@@ -191,7 +190,7 @@ class Bench:
 
     def _convert(self, signals: Matrix, first: int) -> tuple[dict[str, NDArray[np.float32]], dict[str, int]]:
         """Instruments and converter."""
-        names = [i.name for i in self._instruments]
+        names = [channel.name for channel in self._channels]
         samples: dict[str, NDArray[np.float32]] = {}
         overload: dict[str, int] = {}
         count = signals.shape[1]
@@ -206,13 +205,13 @@ class Bench:
             sigma = i.noise_density * np.sqrt(self._rate / 2) if self._noise else 0.0
             if sigma:
                 self._noise_rngs[c].standard_normal(dtype=np.float32, out=noise)
-            out = np.empty(count, np.float32)
-            overload[i.name] = convert(
-                signal, noise, sigma, self._filters[c][:, 0].copy(), self._filters[c][:, 1].copy(), self._memory[c],
-                i.limit, i.step, i.quantum if self._converter else 0.0, i.range if self._converter else np.inf, out,
-            )  # fmt: skip
+            out, (poles, gains) = np.empty(count, np.float32), self._filters[c].T.copy()
+            quantum, full_scale = (i.quantum, i.range) if self._converter else (0.0, np.inf)
+            overload[names[c]] = convert(
+                signal, noise, sigma, poles, gains, self._memory[c], i.limit, i.step, quantum, full_scale, out
+            )
             self._freeze(c, i, out, first)
-            samples[i.name] = out
+            samples[names[c]] = out
         return samples, overload
 
     def _freeze(self, c: int, i: InstrumentChannel, out: NDArray[np.float32], first: int) -> None:
@@ -232,21 +231,12 @@ class Bench:
             self._held[c] = out[-1]
 
 
-def _described(instrument: InstrumentChannel) -> Channel:
-    """What a recording says of a channel."""
-    i = instrument
-    measured = MONITORS[i.name][1] if i.name in MONITORS else i.quantity
-    return Channel(
-        name=i.name, quantity=measured, unit=i.unit, position_m=i.position_m, range=i.range, direction=i.direction
-    )
-
-
 def drive_limits(rig: Rig) -> dict[str, float]:
     """The limits of a rig's amplifier and armature, V, A and m, by the monitor that comes up to each."""
     if rig.shaker.ideal:
         return {}
-    shaker = ShakerModel.of(rig.shaker)
-    limits = {"amplifier": shaker.voltage_limit, "current": shaker.current_limit, "stroke": shaker.stroke_limit}
+    current_A = ShakerModel(rig.shaker).current_limit
+    limits = {"amplifier": rig.shaker.voltage_limit, "current": current_A, "stroke": rig.shaker.stroke_limit}
     return {name: limit for name, limit in limits.items() if limit}
 
 

@@ -1,7 +1,7 @@
 """From a plan to the reduced rig: matrices, local coordinates, condensation, poles at any time of a drift."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -13,12 +13,12 @@ from twin.bench.force_factor import ForceFactor
 from twin.bench.instruments import InstrumentChannel
 from twin.bench.layer import JointLaw, law_by_name, law_from_table, no_law, steel_law
 from twin.bench.limits import LIMITS
-from twin.bench.linear import LinearRig, Poles, ReadOff, linear_rig, to_poles, with_resonance
+from twin.bench.linear import Inputs, LinearRig, Poles, ReadOff, linear_rig, to_poles, with_resonance
 from twin.bench.marching import Elements
 from twin.bench.plan import Element, JointPlan, Matrices, Plan
 from twin.bench.reduction import Condensed, ModalModel, condense, with_layers
 from twin.bench.shaker import COORDINATES, ShakerModel
-from twin.joint import Law, PiecewiseLinearContact, RunningLoss, jenkins
+from twin.joint import Law, PiecewiseLinearContact, RunningLoss
 from twin.rigs import LawOfRig, NamedLaws, Place
 from twin.structure import assemble, layer_points, normal_modes, rigid_motions
 from twin.structure.law_table import layer_table
@@ -110,6 +110,7 @@ class Built:
         ratios = self.plan.rig.damping.modal_ratio
         elastic = range(len(modal.omega) - self.rigid)
         zeta = np.array([LIMITS.suspension_damping] * self.rigid + [ratios[min(r, len(ratios) - 1)] for r in elastic])
+        dampers = modal.Phi.T @ self.condensed.C @ modal.Phi
         outputs = [ReadOff("rate" if velocity else "displacement", row) for row, velocity in self.rows]
         outputs += [ReadOff(name) for name in self.shaker_rows]  # type: ignore[arg-type]
         outputs += [ReadOff("integral", row) for row in self.auxiliary_rows]
@@ -119,15 +120,11 @@ class Built:
             outputs.append(ReadOff("velocity" if slow else _form(i), row, static=True))  # type: ignore[arg-type]
         rig = linear_rig(
             modal,
-            zeta=zeta,
-            damping=self.condensed.C,
-            drive_row=self.drive_row,
-            drive_load=self.drive_load,
+            Inputs(self.drive_row, self.drive_load, [row for row, _ in self.rows], self.shaker_rows),
+            outputs,
+            damping=np.diag(2 * zeta * modal.omega) + dampers,
             shaker=self.shaker,
-            loads=[row for row, _ in self.rows],
-            shaker_loads=self.shaker_rows,
             cell_mass=self.plan.rig.force_sensor.stinger_side_mass if self.shaker else 0.0,
-            outputs=outputs,
         )
         for n, instrument in enumerate(instruments):
             for frequency_Hz, ratio in instrument.resonances:
@@ -199,9 +196,9 @@ class Built:
 
 def _form(instrument: InstrumentChannel) -> str:
     """What the linear rig reads for it: the derivative of its row's motion, or a quantity of the shaker."""
-    if not is_response(instrument.quantity):
-        return instrument.quantity
-    return ("displacement", "velocity", "acceleration")[quantity(instrument.quantity).derivative]
+    if not is_response(instrument.reads):
+        return instrument.reads
+    return ("displacement", "velocity", "acceleration")[quantity(instrument.reads).derivative]
 
 
 def build(plan: Plan, *, drive: Literal["shaker", "force"]) -> Built:
@@ -232,7 +229,34 @@ def build(plan: Plan, *, drive: Literal["shaker", "force"]) -> Built:
     condensed = condense(
         matrices, E=[joint.E for joint in plan.joints], G=[joint.G for joint in plan.joints], loads=loads
     )
-    return _placed(plan, condensed, laws, rigid, elements, drive_row, drive_load, channel_rows, drive)
+    T = condensed.T
+    numbered = _Numbered()
+    for element in elements:
+        numbered.add(element.row @ T, element.velocity)
+    shaker = ShakerModel(rig.shaker) if drive == "shaker" else None
+    shaker_laws = tuple(shaker.laws()) if shaker else ()
+    asked = {name for name, law in shaker_laws} | {law.turns for _, law in shaker_laws if isinstance(law, ForceFactor)}
+    shaker_rows = tuple(name for name in COORDINATES if name in asked)
+    place = np.array(numbered.auxiliary + [-1] * len(shaker_laws), np.int64)
+    return Built(
+        plan=plan,
+        condensed=condensed,
+        laws=laws,
+        rigid=rigid,
+        elements_=tuple(elements),
+        coordinate=np.array(
+            numbered.coordinate + [len(numbered.rows) + shaker_rows.index(name) for name, _ in shaker_laws], np.int64
+        ),
+        auxiliary=np.where(place >= 0, place + len(numbered.rows) + len(shaker_rows), -1),
+        rows=tuple(numbered.rows),
+        shaker_laws=shaker_laws,
+        shaker_rows=shaker_rows,
+        auxiliary_rows=tuple(numbered.auxiliary_rows),
+        drive_row=drive_row @ T,
+        drive_load=drive_load @ T,
+        channel_rows=tuple(None if row is None else row @ T for row in channel_rows),
+        shaker=shaker,
+    )
 
 
 def altered_matrices(plan: Plan) -> tuple[Matrices, int]:
@@ -285,10 +309,7 @@ def _layer_elements(plan: Plan, matrices: Matrices, number: int, joint: JointPla
             for one in more
             for row, weight in zip(rows, weights, strict=True)
         ]
-    return elements + [
-        Element(slips[slider.point], jenkins(slider.stiffness_N_per_m, slider.slip_force_N), joint=number)
-        for slider in joint.sliders
-    ]
+    return elements + [Element(slips[point], slider, joint=number) for point, slider in joint.sliders]
 
 
 def _seen(matrices: Matrices, place: Place, instrument: InstrumentChannel) -> Matrix:
@@ -316,58 +337,25 @@ def _law(plan: Plan, number: int) -> JointLaw:
     return law
 
 
-def _placed(
-    plan: Plan,
-    condensed: Condensed,
-    laws: tuple[JointLaw, ...],
-    rigid: int,
-    elements: list[Element],
-    drive_row: Matrix,
-    drive_load: Matrix,
-    channel_rows: list[Matrix | None],
-    drive: str,
-) -> Built:
-    """Condense all rows and number the distinct local coordinates."""
-    T = condensed.T
-    rows: list[tuple[Matrix, bool]] = []
-    auxiliary_rows: list[Matrix] = []
-    coordinate, auxiliary = [], []
-    for element in elements:
-        row = element.row @ T
-        found = [
-            n for n, (other, velocity) in enumerate(rows)
-            if velocity == element.velocity and np.allclose(other, row, rtol=1e-12, atol=0.0)
-        ]  # fmt: skip
-        if not found:
-            rows.append((row, element.velocity))
-        coordinate.append(found[0] if found else len(rows) - 1)
-        if element.velocity:
-            auxiliary_rows.append(rows[coordinate[-1]][0])
-            auxiliary.append(len(auxiliary_rows) - 1)
-        else:
-            auxiliary.append(-1)
-    shaker = ShakerModel.of(plan.rig.shaker) if drive == "shaker" else None
-    shaker_laws = tuple(shaker.laws()) if shaker else ()
-    asked = {name for name, law in shaker_laws} | {law.turns for _, law in shaker_laws if isinstance(law, ForceFactor)}
-    shaker_rows = tuple(name for name in COORDINATES if name in asked)
-    coordinate += [len(rows) + shaker_rows.index(name) for name, _ in shaker_laws]
-    auxiliary += [-1] * len(shaker_laws)
-    place = np.array(auxiliary, np.int64)
-    locals_ = len(rows) + len(shaker_rows)
-    return Built(
-        plan=plan,
-        condensed=condensed,
-        laws=laws,
-        rigid=rigid,
-        elements_=tuple(elements),
-        coordinate=np.array(coordinate, np.int64),
-        auxiliary=np.where(place >= 0, place + locals_, -1),
-        rows=tuple(rows),
-        shaker_laws=shaker_laws,
-        shaker_rows=shaker_rows,
-        auxiliary_rows=tuple(auxiliary_rows),
-        drive_row=drive_row @ T,
-        drive_load=drive_load @ T,
-        channel_rows=tuple(None if row is None else row @ T for row in channel_rows),
-        shaker=shaker,
-    )
+@dataclass
+class _Numbered:
+    """The distinct local coordinates of elements, their numbers, and what velocity laws read beside."""
+
+    rows: list[tuple[Matrix, bool]] = field(default_factory=list)
+    coordinate: list[int] = field(default_factory=list)
+    auxiliary_rows: list[Matrix] = field(default_factory=list)
+    auxiliary: list[int] = field(default_factory=list)
+
+    def add(self, row: Matrix, velocity: bool) -> None:
+        """Number the coordinate of an element, and its auxiliary row or -1."""
+        alike = (
+            n for n, (other, moves) in enumerate(self.rows)
+            if moves == velocity and np.allclose(other, row, rtol=1e-12, atol=0.0)
+        )  # fmt: skip
+        number = next(alike, len(self.rows))
+        if number == len(self.rows):
+            self.rows.append((row, velocity))
+        self.coordinate.append(number)
+        self.auxiliary.append(len(self.auxiliary_rows) if velocity else -1)
+        if velocity:
+            self.auxiliary_rows.append(self.rows[number][0])

@@ -45,7 +45,7 @@ class HiddenCase:
     def open_bench(self, *, preload: str | None = None, **options: Any) -> Bench:
         """The bench with the effect in it; `options` as for :func:`twin.bench.open_bench`."""
         laws = {
-            joint.name: steel_law(moduli.normal_modulus).scaled(softening=self.softening, loss=self.loss)
+            joint.name: steel_law(moduli.normal_modulus, softening=self.softening, loss=self.loss)
             for joint, moduli in zip(self.rig.joints, self.rig.moduli(preload), strict=True)
             if isinstance(joint.law, LawOfRig)
         }

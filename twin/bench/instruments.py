@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.quantities import quantity
+from recordings.run import Channel
 from twin.joint.kernel import COMPILED
 from twin.rigs import Transducer
 
@@ -20,16 +21,14 @@ from twin.rigs import Transducer
 class InstrumentChannel:
     """One channel as it is, which need not be as its data sheet says.
 
+    `channel` is what a recording says of it, `reads` the quantity of the rig that it shows;
     `corners_Hz` are first-order high-passes; `cross_talk` adds a factor times another channel's true quantity;
-    `transverse` is the share of the surface's motion along the beam;
-    `hum` is (Hz, amplitude); `direction` is what a recording says of it;
+    `transverse` is the share of the surface's motion along the beam; `hum` is (Hz, amplitude);
     `freezes_per_s` and `freeze_s` make stretches in which the last value is repeated.
     """
 
-    name: str
-    quantity: str
-    unit: str
-    position_m: float | None
+    channel: Channel
+    reads: str
     range: float
     noise_density: float = 0.0
     bits: int = 24
@@ -44,17 +43,19 @@ class InstrumentChannel:
     transverse: float = 0.0
     freezes_per_s: float = 0.0
     freeze_s: float = 0.0
-    direction: str = "+y"
 
     @classmethod
-    def of(cls, sensor: Transducer, bits: int, *, position_m: float | None, direction: str = "+y") -> InstrumentChannel:
+    def of(cls, sensor: Transducer, bits: int, *, position_m: float | None, direction: str) -> InstrumentChannel:
         """A channel as the rig file describes it."""
-        unit = quantity(sensor.quantity).unit
+        channel = Channel(
+            name=sensor.channel, quantity=sensor.quantity, unit=quantity(sensor.quantity).unit, position_m=position_m,
+            range=sensor.range, direction=direction,
+        )  # fmt: skip
         corners = [sensor.high_pass] if sensor.high_pass > 0 else []
         resonances = [(sensor.mounting_frequency, sensor.mounting_damping)] if sensor.mounting_frequency else []
         return cls(
-            sensor.channel, sensor.quantity, unit, position_m, sensor.range, sensor.noise_density, bits, corners,
-            resonances=resonances, transverse=sensor.transverse_sensitivity, direction=direction,
+            channel, sensor.quantity, sensor.range, sensor.noise_density, bits, corners,
+            resonances=resonances, transverse=sensor.transverse_sensitivity,
         )  # fmt: skip
 
     @property

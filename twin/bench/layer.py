@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.bench.limits import LIMITS
 from twin.joint import (
     ForceTable,
     Law,
@@ -46,17 +47,6 @@ class JointLaw:
     opening: tuple[Law, ...] = ()
     slip: tuple[Law, ...] = ()
 
-    def scaled(self, *, softening: float = 1.0, loss: float = 1.0) -> JointLaw:
-        """The same kind of law, scaled: its loss multiplied, its softening begun at an opening smaller by a factor.
-
-        A saturating law keeps its share of E', so that its tangent stays positive; other laws are multiplied.
-        """
-        if isinstance(self.normal, Saturating):
-            softer = replace(self, normal=replace(self.normal, e0=self.normal.e0 / softening))
-        else:
-            softer = self.of_share(softening)
-        return replace(softer, loss=self.loss and replace(self.loss, eta=self.loss.eta * loss))
-
     def of_share(self, share: float) -> JointLaw:
         """The law where only a share of E' is left: at every opening it takes off that share."""
         normal = self.normal
@@ -78,9 +68,13 @@ def no_law() -> JointLaw:
     return JointLaw(Linear(0.0))
 
 
-def steel_law(E: float) -> JointLaw:
-    """The law of the steel lap joint (:mod:`twin.joint.steel`) for a layer of normal modulus `E`, N/m2."""
-    return JointLaw(steel_softening(E), steel_loss(E))
+def steel_law(E: float, *, softening: float = 1.0, loss: float = 1.0) -> JointLaw:
+    """The law of the steel lap joint (:mod:`twin.joint.steel`) for a layer of normal modulus `E`, N/m2.
+
+    By factors its softening begins at a smaller opening, so that its tangent stays positive, and it loses more.
+    """
+    softer, lossy = steel_softening(E), steel_loss(E)
+    return JointLaw(replace(softer, e0=softer.e0 / softening), replace(lossy, eta=lossy.eta * loss))
 
 
 def law_from_table(table: LayerLawTable, *, E: float) -> JointLaw:
@@ -132,7 +126,7 @@ def law_by_name(laws: NamedLaws, *, E: float, G: float) -> JointLaw:
     )
 
 
-def slapping(law: JointLaw, *, E: float, gap_m: float, factor: float, limit_m: float) -> JointLaw:
+def slapping(law: JointLaw, *, E: float, gap_m: float, factor: float) -> JointLaw:
     """The law of a layer that loses contact where it opens: beyond the gap its force goes on with `factor` of itself.
 
     Parameters
@@ -145,8 +139,6 @@ def slapping(law: JointLaw, *, E: float, gap_m: float, factor: float, limit_m: f
         Opening of a point at which it loses contact, counted from rest.
     factor
         Stiffness that remains beyond the gap, over what it was.
-    limit_m
-        Largest opening to tabulate.
     """
     parts = (law.normal, *law.opening)
     if any(part.states for part in parts):
@@ -159,4 +151,4 @@ def slapping(law: JointLaw, *, E: float, gap_m: float, factor: float, limit_m: f
         whole, at_gap = held(o), held(np.array([gap_m]))[0]
         return np.where(o > gap_m, at_gap + factor * (whole - at_gap), whole) - E * o
 
-    return replace(law, normal=ForceTable.of(force, limit_m=limit_m), opening=())
+    return replace(law, normal=ForceTable.of(force, limit_m=LIMITS.reference_opening), opening=())

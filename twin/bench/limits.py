@@ -43,13 +43,13 @@ class Limits:
     # decimation.py
     half_length: int = 12
     """Output samples on either side of the filter's centre."""
-    # hits.py
-    takes_aim_s: float = 2.0
-    """From rest to the first hit at a place: instruments start within it."""
-    # pulse.py
+    # generator.py
     rebound_s: float = 0.012
     rebound_share: float = 0.4
     """When and how hard a hammer that is held too long hits again: milliseconds later, weaker; typical."""
+    # hits.py
+    takes_aim_s: float = 2.0
+    """From rest to the first hit at a place: instruments start within it."""
     # layer.py
     reference_opening: float = 1.5e-5
     """End of tabulated laws, m of opening."""

@@ -79,18 +79,35 @@ class Poles:
     to_states: NDArray[np.complex128]
 
 
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """Where forces act on the r condensed coordinates of the structure, and on the shaker.
+
+    Attributes
+    ----------
+    drive_row, drive_load : ndarray, (r,)
+        What the stinger feels, and where its force goes (they differ where the clamp moves with the force).
+    loads : sequence of ndarray, (r,)
+        Patterns of the structure's local coordinates; their restoring forces act with the opposite sign.
+    shaker_loads
+        Local coordinates of the shaker that follow them, from :data:`twin.bench.shaker.COORDINATES`: forces on the
+        armature, and voltages in the coil, likewise restoring.
+    """
+
+    drive_row: Matrix
+    drive_load: Matrix
+    loads: Sequence[Matrix]
+    shaker_loads: Sequence[str] = ()
+
+
 def linear_rig(
     modal: ModalModel,
-    *,
-    zeta: Matrix,
-    damping: Matrix,
-    drive_row: Matrix,
-    drive_load: Matrix,
-    shaker: ShakerModel | None,
-    loads: Sequence[Matrix],
-    shaker_loads: Sequence[str] = (),
-    cell_mass: float = 0.0,
+    inputs: Inputs,
     outputs: Sequence[ReadOff],
+    *,
+    damping: Matrix,
+    shaker: ShakerModel | None = None,
+    cell_mass: float = 0.0,
 ) -> LinearRig:
     """Couple the modes with the shaker.
 
@@ -98,33 +115,25 @@ def linear_rig(
     ----------
     modal
         Structure in r condensed coordinates.
-    zeta : ndarray, (m,)
-        Modal damping ratios.
-    damping : ndarray, (r, r)
-        Viscous dampers beside them.
-    drive_row, drive_load : ndarray, (r,)
-        What the stinger feels, and where its force goes (they differ where the clamp moves with the force).
+    damping : ndarray, (m, m)
+        Of the modes, 2 zeta omega on the diagonal, and of viscous dampers.
     shaker
         None applies the first input as a force.
-    loads : sequence of ndarray, (r,)
-        Patterns of the structure's local coordinates; their restoring forces act with the opposite sign.
-    shaker_loads
-        Local coordinates of the shaker that follow them, from :data:`twin.bench.shaker.COORDINATES`: forces on the
-        armature, and voltages in the coil, likewise restoring.
     cell_mass
         Mass between stinger and force cell, kg: the structure's matrices have it, and the cell does not feel it.
     """
     Phi, m, R = modal.Phi, len(modal.omega), modal.residual
+    drive_row, drive_load, loads, shaker_loads = inputs.drive_row, inputs.drive_load, inputs.loads, inputs.shaker_loads
     followers = [output.row for output in outputs if output.quantity == "rate" and output.row is not None]
     slow = [output.row for output in outputs if output.lags and output.row is not None] if loads else []
     own, x = 2 * m + len(followers), 2 * m + len(followers) + 2 * len(slow)
     size = x + (3 if shaker else 0)
-    inputs = 1 + len(loads) + len(shaker_loads)
+    count = 1 + len(loads) + len(shaker_loads)
     q, dq = slice(0, m), slice(m, 2 * m)
     patterns = -np.column_stack([*loads]) if loads else np.zeros((len(Phi), 0))
 
     # Force on the structure along `drive_load`, as a row over states and one over inputs.
-    F_x, F_u = np.zeros(size), np.zeros(inputs)
+    F_x, F_u = np.zeros(size), np.zeros(count)
     if shaker:
         k = shaker.series_stiffness(float(drive_row @ R @ drive_load))
         F_x[x] = k
@@ -133,10 +142,10 @@ def linear_rig(
     else:
         F_u[0] = 1.0
 
-    A, B = np.zeros((size, size)), np.zeros((size, inputs))
+    A, B = np.zeros((size, size)), np.zeros((size, count))
     A[q, dq] = np.eye(m)
     A[dq, q] = -np.diag(modal.omega**2)
-    A[dq, dq] = -np.diag(2 * zeta * modal.omega) - Phi.T @ damping @ Phi
+    A[dq, dq] = -damping
     A[dq] += np.outer(Phi.T @ drive_load, F_x)
     B[dq] = np.outer(Phi.T @ drive_load, F_u)
     B[dq, 1 : 1 + len(loads)] += Phi.T @ patterns
@@ -151,22 +160,22 @@ def linear_rig(
         A[rate, at], A[rate, rate] = -1 / FOLLOWING_s**2, -np.sqrt(2.0) / FOLLOWING_s
         B[rate, 1 : 1 + len(loads)] = row @ R @ patterns / FOLLOWING_s**2
     if shaker:
-        v, i = x + 1, x + 2
+        table, v, i = shaker.table, x + 1, x + 2
         A[x, v] = 1.0
-        A[v] = -F_x / shaker.armature_mass
-        A[v, x] -= shaker.suspension_stiffness / shaker.armature_mass
-        A[v, i] += shaker.force_factor / shaker.armature_mass
-        B[v] = -F_u / shaker.armature_mass
-        A[i, i] = -(shaker.coil_resistance + shaker.output_resistance) / shaker.coil_inductance
-        A[i, v] = -shaker.force_factor / shaker.coil_inductance
-        B[i, 0] = shaker.command_gain / shaker.coil_inductance
+        A[v] = -F_x / table.armature_mass
+        A[v, x] -= table.suspension_stiffness / table.armature_mass
+        A[v, i] += table.force_factor / table.armature_mass
+        B[v] = -F_u / table.armature_mass
+        A[i, i] = -(table.coil_resistance + shaker.output_resistance) / table.coil_inductance
+        A[i, v] = -table.force_factor / table.coil_inductance
+        B[i, 0] = shaker.command_gain / table.coil_inductance
         for n, load in enumerate(shaker_loads, start=1 + len(loads)):
             if load in ("stroke", "armature-velocity"):
-                B[v, n] = -1.0 / shaker.armature_mass
+                B[v, n] = -1.0 / table.armature_mass
             else:
-                B[i, n] = -1.0 / shaker.coil_inductance
+                B[i, n] = -1.0 / table.coil_inductance
 
-    C, D = np.zeros((len(outputs), size)), np.zeros((len(outputs), inputs))
+    C, D = np.zeros((len(outputs), size)), np.zeros((len(outputs), count))
     lagging = iter(range(own, x, 2))
     for n, output in enumerate(outputs):
         if output.quantity == "force":
@@ -225,7 +234,7 @@ def _of_the_shaker(shaker: ShakerModel, quantity: str, size: int) -> tuple[Matri
     """Row over the states, and share of the generator's voltage, of one of the shaker's own coordinates."""
     row = np.zeros(size)
     if quantity == "reference":
-        return row, shaker.gain
+        return row, shaker.table.amplifier_gain
     if quantity == "command":
         row[-1] = -shaker.output_resistance
         return row, shaker.command_gain

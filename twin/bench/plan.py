@@ -52,6 +52,14 @@ class Matrices:
         for row in self.structure.translations(place):
             self.M = with_square(self.M, mass_kg, self.pad(row))
 
+    def add_spring(self, place: Place, stiffness_N_per_m: float) -> None:
+        """Tie a place to the ground in its direction."""
+        self.K0 = with_square(self.K0, stiffness_N_per_m, self.row(place))
+
+    def add_damper(self, place: Place, damping_Ns_per_m: float) -> None:
+        """The same by a viscous damper."""
+        self.C = with_square(self.C, damping_Ns_per_m, self.row(place))
+
     def append_resonator(self, place: Place, mass_kg: float, frequency_Hz: float, damping_ratio: float) -> None:
         """Hang a mass on a spring and a dashpot at a place, moving in its direction."""
         w = 2 * np.pi * frequency_Hz
@@ -78,15 +86,6 @@ class Element:
     joint: int = 0
 
 
-@dataclass(frozen=True)
-class JointSlider:
-    """A friction element on the slip of one of the layer's points, counted from where the layer begins."""
-
-    point: int
-    stiffness_N_per_m: float
-    slip_force_N: float
-
-
 @dataclass
 class JointPlan:
     """A joint as the truth has it.
@@ -104,7 +103,7 @@ class JointPlan:
     rate_per_s
         Relative loss of E' per second.
     sliders
-        Friction elements in the layer.
+        Friction elements on the slip of the layer's points, counted from where it begins.
     """
 
     name: str
@@ -114,7 +113,7 @@ class JointPlan:
     law_changes: list[Callable[[JointLaw, float], JointLaw]] = field(default_factory=list)
     gradient: float = 0.0
     rate_per_s: float = 0.0
-    sliders: list[JointSlider] = field(default_factory=list)
+    sliders: list[tuple[int, Law]] = field(default_factory=list)
 
 
 @dataclass

@@ -7,6 +7,7 @@ import numpy as np
 from recordings.directions import direction_name
 from recordings.errors import InputError
 from recordings.quantities import quantity
+from recordings.run import Channel
 from twin.bench.build import altered_matrices
 from twin.bench.effects import apply_effects
 from twin.bench.instruments import InstrumentChannel
@@ -50,9 +51,8 @@ def planned(
         if monitor not in MONITORS:
             raise ValueError(f"no monitor {monitor!r}; there are {', '.join(MONITORS)}")
         reads, measured, full_scale, noise_density = MONITORS[monitor]
-        instruments[monitor] = InstrumentChannel(
-            monitor, reads, quantity(measured).unit, None, full_scale, noise_density, rig.acquisition.bits
-        )
+        channel = Channel(name=monitor, quantity=measured, unit=quantity(measured).unit, range=full_scale)
+        instruments[monitor] = InstrumentChannel(channel, reads, full_scale, noise_density, rig.acquisition.bits)
         if monitor == "amplifier" and rig.shaker.voltage_limit:
             instruments[monitor].limit = rig.shaker.voltage_limit
     laws = joint_law if isinstance(joint_law, Mapping) else {joint.name: joint_law for joint in rig.joints}

@@ -92,8 +92,7 @@ class CaseResult:
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> CaseResult:
         """From :meth:`to_dict`."""
-        plan = data["plan"]
-        plan = CasePlan(plan["seed"], tuple(plan["causes"]), plan["strength"], plan.get("modes", 1))
+        plan = CasePlan(**data["plan"] | {"causes": tuple(data["plan"]["causes"])})
         return cls(**(data | {"plan": plan, "overloaded": tuple(data.get("overloaded", ()))}))
 
 

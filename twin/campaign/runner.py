@@ -24,8 +24,7 @@ def run_campaign(
     rig: Rig,
     folder: Path,
     *,
-    workers: int | None = None,
-    scheduler: str | None = None,
+    workers: int | str | None = None,
     keep: bool = False,
     on_result: Callable[[CaseResult], None] = lambda result: None,
     report: Callable[[str], None] = lambda text: None,
@@ -38,9 +37,8 @@ def run_campaign(
         Holds ``cases/NAME.json`` for each finished case; written one by one, so that an interruption loses only those
         that are running.
     workers
-        Local processes; one for each core if not given.
-    scheduler
-        Address of a Dask scheduler to use instead, such as ``tcp://host:8786``.
+        Local processes, one for each core if not given; or the address of a Dask scheduler to use instead, such as
+        ``tcp://host:8786``.
     keep
         Keep the recordings in ``recordings/NAME``; with a scheduler, on a file system that the workers share.
     on_result
@@ -61,7 +59,7 @@ def run_campaign(
         on_result(result)
     todo = [plan for plan in plans if plan not in done]
     if todo:
-        with _executor(min(workers or os.cpu_count() or 1, len(todo)), scheduler) as executor:
+        with _executor(workers, len(todo)) as executor:
             # Before the first case has run for a minute, but not where no one would run it.
             (folder / CASES).mkdir(parents=True, exist_ok=True)
             report(f"diagnosing {len(todo)} cases")
@@ -104,12 +102,12 @@ def _write(result: CaseResult, folder: Path) -> None:
 
 
 @contextmanager
-def _executor(workers: int, scheduler: str | None) -> Iterator[Executor]:
-    if scheduler is not None:
-        with _dask(scheduler) as executor:
+def _executor(workers: int | str | None, most: int) -> Iterator[Executor]:
+    if isinstance(workers, str):
+        with _dask(workers) as executor:
             yield executor
         return
-    with spawned_processes(workers) as executor:
+    with spawned_processes(min(workers or os.cpu_count() or 1, most)) as executor:
         yield executor
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from recordings.level import Level
-from recordings.run import PIECE, Run, pieces
+from recordings.run import PIECE, Run
 from recordings.sweeps import Stretch, sweeps
 from twin.checks.agreement import RunBesideModel
 from twin.checks.expected import ExpectedResponse
@@ -19,8 +19,6 @@ STILL = 0.01
 """Of the response that is largest, below which a sensor across the motion reads hardly anything else."""
 QUIET = 1e-3
 """Share of its range up to which a response may be noise alone."""
-TOP = (0.47, 0.499)
-"""Of the sample rate: where a filter passes nothing."""
 
 
 def look_at_belonging(seen: RunBesideModel) -> list[Finding]:
@@ -78,28 +76,15 @@ def _finding(run: Run, channel: str, expected: str, found: str, *, still: bool) 
     return Finding(run.path, channel, "unrelated", expected, found, "stopped")
 
 
-def look_at_aliasing(run: Run, *, force: str) -> list[Finding]:
+def look_at_aliasing(seen: RunBesideModel) -> list[Finding]:
     """Whether a noise's force reaches up to half the sample rate, from beyond which more then folds back."""
-    device = run.device_of(force)
-    for sweep in sweeps(run):
-        for stretch in sweep.stretches:
-            if stretch.step.frequency_Hz > 0:
-                continue
-            top = whole = 0.0
-            ends = device.position_at(stretch.start_ns), device.position_at(stretch.stop_ns)
-            for samples in pieces(device.values[force], *ends):
-                if len(samples) < 64 or not np.isfinite(samples).all():
-                    continue
-                x = samples.astype(float)
-                power = np.abs(np.fft.rfft(np.hanning(len(x)) * (x - x.mean()))) ** 2
-                part = np.fft.rfftfreq(len(x))
-                top += float(np.mean(power[(part > TOP[0]) & (part < TOP[1])]))
-                whole += float(np.mean(power))
-            if top > ALIASED * whole:
-                expected = f"no force near half its sample rate of {device.sample_rate_Hz:g} Hz"
-                found = f"{top / whole:.0%} of its mean density there: no anti-aliasing filter?"
-                return [Finding(run.path, force, "aliasing", expected, found, "told")]
-    return []
+    share = next((noise.at_the_end for noise in seen.noise if noise.at_the_end > ALIASED), None)
+    if share is None:
+        return []
+    rate_Hz = seen.run.device_of(seen.force).sample_rate_Hz
+    expected = f"no force near half its sample rate of {rate_Hz:g} Hz"
+    found = f"{share:.0%} of its mean density there: no anti-aliasing filter?"
+    return [Finding(seen.run.path, seen.force, "aliasing", expected, found, "told")]
 
 
 def _share(run: Run, channel: str, stretch: Stretch) -> float:

@@ -144,7 +144,7 @@ def _against_model(
             own = look_at_belonging(seen) or look_at_target(run, over_target, force=force)
             if not _stops(own):
                 own += look_at_order(seen)
-            own += look_at_aliasing(run, force=force)
+            own += look_at_aliasing(seen)
             findings += own
             if _stops(own):
                 continue

@@ -7,7 +7,7 @@ import numpy as np
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 from twin.checks.finding import Finding
-from twin.checks.responses import line_of
+from twin.checks.responses import line_of, whole_stretch
 from twin.checks.thresholds import TARGET
 
 STEADY = 0.05
@@ -47,8 +47,8 @@ def _spread(sizes: Sequence[float]) -> tuple[float, float]:
 
 def _size(run: Run, channel: str, stretch: Stretch) -> float:
     """Peak value of the step's sine; the noise's rms."""
-    samples = run.between(channel, stretch.start_ns, stretch.stop_ns).astype(float)
-    if len(samples) < 16 or not np.isfinite(samples).all():
+    samples = whole_stretch(run, channel, stretch)
+    if samples is None:
         return np.nan
     if stretch.step.frequency_Hz == 0:
         return float(np.std(samples))

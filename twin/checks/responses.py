@@ -13,6 +13,8 @@ from twin.identify.spectra.spectrum import broadband_records, h1
 
 LEAST_SAMPLES = 16
 """Of a step that can be fitted."""
+TOP = (0.47, 0.499)
+"""Of the sample rate: where a filter passes nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,7 +23,6 @@ class NoiseResponse:
 
     run: str
     sweep: str
-    channels: tuple[str, ...]
     frequency_Hz: Array
     """Within the band that the force excites, (f,)."""
     H: Array
@@ -32,6 +33,8 @@ class NoiseResponse:
     """Pieces that it is a mean of, half of one in the next."""
     resonances_Hz: Array
     """Peaks of all channels together."""
+    at_the_end: float
+    """Mean density of the force just below half the sample rate, over that at all frequencies."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +43,6 @@ class SineResponse:
 
     run: str
     sweep: str
-    channels: tuple[str, ...]
     frequency_Hz: Array
     """As commanded, (s,)."""
     force: Array
@@ -54,18 +56,20 @@ def noise_responses(run: Run, *, force: str, channels: Sequence[str]) -> list[No
     found = []
     for record in broadband_records(run, channels=[force, *channels]):
         response = h1(record, force=force)
+        density, part = response.density[force], response.frequency_Hz / record.sample_rate_Hz
+        end = density[(part > TOP[0]) & (part < TOP[1])]
         resonances, band = find_resonances(record, force=force, channels=tuple(channels))
         inside = (response.frequency_Hz > 0) & (response.frequency_Hz >= band[0]) & (response.frequency_Hz <= band[1])
         found.append(
             NoiseResponse(
                 run=run.path,
                 sweep=record.sweep,
-                channels=tuple(channels),
                 frequency_Hz=response.frequency_Hz[inside],
                 H=np.stack([response.H[name][inside] for name in channels], axis=1),
                 coherence=np.stack([response.coherence[name][inside] for name in channels], axis=1),
                 averages=response.averages,
                 resonances_Hz=resonances,
+                at_the_end=float(np.mean(end) / np.mean(density)) if len(end) and density.any() else 0.0,
             )
         )
     return found
@@ -85,7 +89,6 @@ def sine_responses(run: Run, *, force: str, channels: Sequence[str]) -> list[Sin
             SineResponse(
                 run=run.path,
                 sweep=sweep.name,
-                channels=tuple(channels),
                 frequency_Hz=frequency[sound],
                 force=lines[sound, 0],
                 H=lines[sound, 1:] / lines[sound, :1],
@@ -94,13 +97,18 @@ def sine_responses(run: Run, *, force: str, channels: Sequence[str]) -> list[Sin
     return found
 
 
+def whole_stretch(run: Run, channel: str, stretch: Stretch) -> Array | None:
+    """Samples (n,) of a measured stretch; None where there are few, or some are missing."""
+    samples = run.between(channel, stretch.start_ns, stretch.stop_ns).astype(float)
+    return samples if len(samples) >= LEAST_SAMPLES and np.isfinite(samples).all() else None
+
+
 def _line(run: Run, channel: str, stretch: Stretch) -> complex:
     """Complex amplitude at the step's frequency, from the stretch's start; NaN where samples are missing."""
-    device = run.device_of(channel)
-    first, last = device.position_at(stretch.start_ns), device.position_at(stretch.stop_ns)
-    samples = device.values[channel][first:last].astype(float)
-    if len(samples) < LEAST_SAMPLES or not np.isfinite(samples).all():
+    device, samples = run.device_of(channel), whole_stretch(run, channel, stretch)
+    if samples is None:
         return complex(np.nan)
+    first = device.position_at(stretch.start_ns)
     late_s = float(device.times_ns(first, first + 1)[0] - stretch.start_ns) * 1e-9
     line = line_of(samples, stretch.step.frequency_Hz / device.sample_rate_Hz)
     return line * np.exp(-2j * np.pi * stretch.step.frequency_Hz * late_s)

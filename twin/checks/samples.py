@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.container.stored import with_samples
 from recordings.run import PIECE, Run, Samples, pieces
@@ -14,6 +13,7 @@ from twin.arrays import Array
 from twin.checks.finding import Action, Finding
 from twin.checks.thresholds import BEYOND_RANGE, FEW, HALF_EMPTY, WILD, ZEROS_OVER_NEIGHBOURS
 from twin.diagnose.signals.levels import SAMPLES, smallest_step
+from twin.identify.rig_channels import without_channels
 
 FAR = 0.9
 """Of the distance of a channel's extremes, which no sampled signal goes at one step between small ones."""
@@ -32,7 +32,7 @@ def look_at_samples(run: Run, *, force: str) -> tuple[Run, list[Finding]]:
         findings += wild
         if finding is not None:
             findings.append(finding)
-            run = run if channel == force else _without(run, channel)
+            run = run if channel == force else without_channels(run, {channel})
     return run, findings
 
 
@@ -50,36 +50,26 @@ def _without_wild(run: Run, channel: str) -> tuple[Run, list[Finding]]:
     most = min(WILD * usual if usual > 0 else np.inf, BEYOND_RANGE * limit if limit else np.inf)
     if not largest > most:
         return run, []
-    wild, beside, count = _beyond(samples, most)
+    at, wild, beside_at, beside, count = _beyond(samples, most)
     unit = run.channels[channel].unit
     if count > FEW * len(samples):
         found = f"{count} samples up to {largest:.3g} {unit}, so that no use is made of it"
         run = replace(run, channels={**run.channels, channel: replace(run.channels[channel], range=None)})
         return run, [Finding(run.path, channel, "range", f"at most its range of {limit:g} {unit}", found, "told")]
-    size = np.abs(wild.values)
+    size = np.abs(wild)
     if WILD * usual == most:
-        alone = size > ALONE * np.interp(wild.positions, beside.positions, np.abs(beside.values))
-        wild, size = _At(wild.positions[alone], wild.values[alone]), size[alone]
-        count = len(size)
+        alone = size > ALONE * np.interp(at, beside_at, np.abs(beside))
+        at, size, count = at[alone], size[alone], int(np.sum(alone))
     if not count:
         return run, []
     told = f"{float(np.max(size)):.3g} {unit}"
-    line = np.interp(wild.positions, beside.positions, beside.values).astype(np.float32)
-    drawn = with_samples(samples, wild.positions, line)
+    drawn = with_samples(samples, at, np.interp(at, beside_at, beside).astype(np.float32))
     when = "sample" if count == 1 else "samples"
     finding = Finding(
         run.path, channel, "wild", f"at most {most:.3g} {unit}", f"{count} wild {when} of {told}", "set aside"
     )
     device = replace(device, values={**device.values, channel: drawn})
     return replace(run, devices={**run.devices, device.device: device}), [finding]
-
-
-@dataclass(frozen=True)
-class _At:
-    """Samples (k,) at some positions."""
-
-    positions: NDArray[np.int64]
-    values: Array
 
 
 def _usual(samples: Samples) -> tuple[float, float]:
@@ -106,10 +96,10 @@ def _usual(samples: Samples) -> tuple[float, float]:
     return float(np.quantile(pair, place - int(place))), largest
 
 
-def _beyond(samples: Samples, most: float) -> tuple[_At, _At, int]:
-    """Samples larger than `most`, those next to them or to missing ones that are not, and how many are larger.
+def _beyond(samples: Samples, most: float) -> tuple[Array, Array, Array, Array, int]:
+    """Positions and values of samples larger than `most`, and of those beside them or missing ones that are not.
 
-    Where these are more than single ones they are only counted.
+    And how many are larger; where these are more than single ones they are only counted.
     """
     found: list[list[Array]] = [[np.empty(0, np.int64)], [np.empty(0)], [np.empty(0, np.int64)], [np.empty(0)]]
     at = count = 0
@@ -126,8 +116,8 @@ def _beyond(samples: Samples, most: float) -> tuple[_At, _At, int]:
                 kept[0].append(first + np.flatnonzero(chosen))
                 kept[1].append(x[chosen])
         at += len(piece)
-    positions, values, next_to, others = map(np.concatenate, found)
-    return _At(positions, values), _At(next_to, others), count
+    at_larger, larger_ones, at_beside, those_beside = map(np.concatenate, found)
+    return at_larger, larger_ones, at_beside, those_beside, count
 
 
 def _dead(run: Run, channel: str, *, action: Action) -> Finding | None:
@@ -225,12 +215,3 @@ def _overflows(samples: Samples, start: int, stop: int) -> int:
         back = np.all((beside * jump < 0) & (np.abs(beside) < (1 - FAR) * np.abs(jump)), axis=0)
         jumps, count = jumps + int(np.sum(back)), count + len(far)
     return jumps if 2 * jumps > count else 0
-
-
-def _without(run: Run, channel: str) -> Run:
-    devices = {
-        name: replace(device, values={one: x for one, x in device.values.items() if one != channel})
-        for name, device in run.devices.items()
-        if set(device.values) != {channel}
-    }
-    return replace(run, channels={n: c for n, c in run.channels.items() if n != channel}, devices=devices)

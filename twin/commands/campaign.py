@@ -109,7 +109,7 @@ def command(
                 for rig, folder, plans in planned
                 for result in run_campaign(
                     plans, rig, folder,
-                    workers=workers, scheduler=scheduler, keep=keep, on_result=on_result, report=stage,
+                    workers=scheduler or workers, keep=keep, on_result=on_result, report=stage,
                 )
             ]  # fmt: skip
         except OSError as error:

@@ -21,9 +21,6 @@ __all__ = [
     "Parameter",
     "Values",
     "all_channels",
-    "joint_labels",
-    "joint_name",
-    "joint_number",
     "measured_duration_s",
     "response_channels",
     "shaker_labels",
@@ -175,22 +172,6 @@ def measured_duration_s(evidence: MeasuredData) -> float:
 def shaker_labels(evidence: MeasuredData) -> Labels:
     """What a shaker brings along: a single search without a name, and none where an ideal force drives."""
     return () if evidence.rig.shaker.ideal else ({},)
-
-
-def joint_labels(evidence: MeasuredData) -> Labels:
-    """Which joint: a single search where there is one, without a name."""
-    joints = evidence.rig.joints
-    return ({},) if len(joints) == 1 else tuple({"joint": joint.name} for joint in joints)
-
-
-def joint_number(evidence: MeasuredData, label: Label) -> int:
-    """Of the joint that a label names, in the rig's order."""
-    return [joint.name for joint in evidence.rig.joints].index(joint_name(evidence, label))
-
-
-def joint_name(evidence: MeasuredData, label: Label) -> str:
-    """The joint that a label names, or the only one."""
-    return label.get("joint") or evidence.rig.joints[0].name
 
 
 def response_channels(evidence: MeasuredData) -> tuple[dict[str, str], ...]:

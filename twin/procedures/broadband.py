@@ -11,9 +11,10 @@ from recordings.run import StepState
 from recordings.streams import Excitation
 from twin.procedures.kinds import Multisine, Random
 from twin.procedures.limits import LIMITS
+from twin.procedures.results import StepResult
 from twin.procedures.session import Session, StepPlace
 from twin.procedures.stream import Series
-from twin.procedures.stretch import Driven, finish, measure, rms
+from twin.procedures.stretch import finish, measure, rms
 
 MOST_TRIALS = 12
 
@@ -118,11 +119,11 @@ def _measure(
         amplitude = sizes[place.target_channel].std if place.target_channel in sizes else math.nan
     if abs(amplitude / procedure.rms - 1.0) > procedure.controller.tolerance:
         session.note("not-held", f"rms {amplitude:.4g} instead of {procedure.rms:.4g}", source=place.target_channel)
-    driven = Driven(
-        voltage_V=held.voltage_V, amplitude=amplitude, settle_s=(start_ns - held.first_ns) * 1e-9,
-        settled=settled, remaining=remaining,
+    driven = StepResult(
+        **vars(place), frequency_Hz=0.0, voltage_V=held.voltage_V, amplitude=amplitude,
+        settle_s=(start_ns - held.first_ns) * 1e-9, settled=settled, remaining=remaining,
     )  # fmt: skip
-    finish(session, place, sizes, driven)
+    finish(session, sizes, driven)
 
 
 def _changes(session: Session, before: dict[str, Series], after: dict[str, Series]) -> dict[str, float]:

@@ -6,8 +6,9 @@ from recordings.run import StepState
 from recordings.streams import Excitation
 from twin.procedures.kinds import Impact
 from twin.procedures.limits import LIMITS
+from twin.procedures.results import StepResult
 from twin.procedures.session import Session, StepPlace
-from twin.procedures.stretch import Driven, finish, measure
+from twin.procedures.stretch import finish, measure
 
 
 def run_impact(procedure: Impact, session: Session) -> None:
@@ -17,15 +18,16 @@ def run_impact(procedure: Impact, session: Session) -> None:
     ready_ns = session.set_output(Excitation())
     for name in procedure.places:
         for index in range(procedure.hits):
-            place = StepPlace(
-                sweep=name, index=index, target_channel=force, target_amplitude=procedure.hammer.peak
-            )  # fmt: skip
+            place = StepPlace(sweep=name, index=index, target_channel=force, target_amplitude=procedure.hammer.peak)
             session.mark(place, StepState.SETTLING, ready_ns, 0.0)
             hit_ns = _wait_for_hit(procedure, session, place, ready_ns + pre_ns)
             start_ns = session.stream.align(hit_ns - pre_ns)
             sizes = measure(session, place, start_ns, procedure.record)
             settle_s = max(0.0, (start_ns - ready_ns) * 1e-9)
-            finish(session, place, sizes, Driven(voltage_V=0.0, amplitude=sizes[force].largest, settle_s=settle_s))
+            hit = StepResult(
+                **vars(place), frequency_Hz=0.0, voltage_V=0.0, amplitude=sizes[force].largest, settle_s=settle_s
+            )
+            finish(session, sizes, hit)
             ready_ns = start_ns + round(procedure.record * 1e9)
 
 

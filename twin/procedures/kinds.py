@@ -186,8 +186,7 @@ class SweptSine(_Common):
             raise ValueError(
                 f"stop {self.stop:g} must lie above start {self.start:g}; 'direction' says which way to go"
             )
-        if 2.5 * self.stop > self.sample_rate:
-            raise ValueError(f"sample_rate {self.sample_rate:g} Hz is too low; at least {2.5 * self.stop:g}")
+        self._check_rate(self.stop)
         return self
 
 

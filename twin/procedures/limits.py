@@ -21,6 +21,9 @@ class Limits:
     # impact.py
     looked_for_s: float = 0.1
     """A hit is looked for in pieces of this length: several blocks of an instrument, and no wait that is felt."""
+    # session.py
+    fitted_harmonics: int = 5
+    """While waiting too: one that is left out looks like noise, which excuses an amplitude that is not held."""
     # settling.py
     usual_damping_ratio: float = 0.0023
     """Of a bolted steel structure: what is assumed before the data tell."""
@@ -39,9 +42,6 @@ class Limits:
     # stretch.py
     piece_s: float = 10.0
     """Of a long stretch, what is in memory at a time: 4 MB of four channels at 25.6 kHz."""
-    # wait.py
-    control_harmonics: int = 5
-    """As many as are measured: one that is left out looks like noise, which excuses an amplitude that is not held."""
 
 
 LIMITS = Limits()

@@ -22,7 +22,7 @@ class StepResult:
     amplitude: float
     """What the target channel reached: peak of the fundamental, or rms for random excitation."""
     settle_s: float
-    measure_s: float
+    measure_s: float = 0.0
     """Waiting and measuring, s of the rig's time."""
     settled: bool | None = None
     """False if the wait ended at its maximum; None if it was fixed."""

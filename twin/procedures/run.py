@@ -96,7 +96,8 @@ def run_procedure(
         with suppress(OSError):  # a lost connection cannot be told to stop; the instrument's own watchdog must
             acquisition.stop()
     if state != "done":
-        _mark_aborted(session)
+        session.end(StepState.ABORTED)
+        recorder.close(stream.latest_ns)
     return ProcedureResult(
         state=state,
         reason=reason,
@@ -160,11 +161,3 @@ def check_rate(procedure: Procedure, rate_Hz: float, *, source: str | Path = "pr
             "period",
             f"{procedure.period:g} s is no whole number of samples at {rate_Hz:g} Hz, which the converter has",
         )
-
-
-def _mark_aborted(session: Session) -> None:
-    if session.place is None:
-        return
-    place, frequency_Hz = session.place
-    session.mark(place, StepState.ABORTED, session.stream.latest_ns, frequency_Hz)
-    session.recorder.close(session.stream.latest_ns)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from recordings.quantities import follows_excitation
 from recordings.run import Channel, Event, Indicator, Step, StepState
 from recordings.streams import Acquisition, Excitation
+from twin.procedures.limits import LIMITS
 from twin.procedures.recorder import Recorder
 from twin.procedures.results import StepResult
 from twin.procedures.sine_fit import SineFit, fit_sine
@@ -103,6 +104,11 @@ class Session:
         self.last_step = Step(**vars(place), time_ns=time_ns, frequency_Hz=frequency_Hz, state=state)
         self.recorder.step(self.last_step)
 
+    def end(self, state: StepState) -> None:
+        """Mark the end of the step that is running, if there is one."""
+        if self.place is not None:
+            self.mark(self.place[0], state, self.stream.latest_ns, self.place[1])
+
     def note(self, kind: str, detail: str, *, source: str = "procedure", time_ns: int | None = None) -> None:
         """Write an event of the procedure's own, now."""
         time_ns = self.stream.latest_ns if time_ns is None else time_ns
@@ -136,16 +142,8 @@ class Session:
         if self._on_time is not None:
             self._on_time(self.elapsed_s)
 
-    def fits(
-        self,
-        series: Mapping[str, Series],
-        *,
-        frequency_Hz: float,
-        harmonics: int,
-        modulation: int = 0,
-        delay_s: float = 0.0,
-    ) -> dict[str, SineFit]:
-        """Sine fits of the channels that follow the excitation and have enough samples.
+    def fits(self, series: Mapping[str, Series], *, modulation: int = 0, delay_s: float = 0.0) -> dict[str, SineFit]:
+        """Sine fits at the generator's frequency of the channels that follow the excitation and have enough samples.
 
         Phases refer to the moment `delay_s` before the window.
         """
@@ -156,10 +154,10 @@ class Session:
             try:
                 found[name] = fit_sine(
                     one.samples,
-                    frequency_Hz=frequency_Hz,
+                    frequency_Hz=self.frequency_Hz,
                     sample_rate_Hz=one.sample_rate_Hz,
                     offset_s=one.offset_s + delay_s,
-                    harmonics=harmonics,
+                    harmonics=LIMITS.fitted_harmonics,
                     modulation=modulation,
                 )
             except ValueError:  # too many samples lost

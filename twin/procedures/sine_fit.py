@@ -13,15 +13,13 @@ from twin.procedures.limits import LIMITS
 class SineFit:
     """Complex harmonics of one channel over one window: x(t) = mean + Re sum_k harmonics[k-1] exp(2 pi i k f t).
 
-    t counts from the moment named in the call; `noise_rms` is what the fit leaves, corrected for its degrees of
-    freedom; `std` is the standard deviation that white noise of this size gives the real and imaginary part.
+    t counts from the moment named in the call; `std` is the standard deviation that white noise, of the size that the
+    fit leaves, gives the real and imaginary part.
     """
 
     harmonics: NDArray[np.complex128]
     mean: float
-    noise_rms: float
     std: float
-    valid: int
 
     @property
     def phasor(self) -> complex:
@@ -85,9 +83,7 @@ def fit_sine(
     return SineFit(
         harmonics=found,
         mean=float(coefficients[0]),
-        noise_rms=noise,
         std=noise * float(np.sqrt(2.0 / valid)),
-        valid=valid,
     )
 
 

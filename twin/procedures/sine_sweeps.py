@@ -10,9 +10,10 @@ from twin.procedures.kinds import Dwell, RingDown, SteppedSine
 from twin.procedures.limits import LIMITS
 from twin.procedures.results import StepResult
 from twin.procedures.session import Session, StepPlace
-from twin.procedures.steps.amplitude import AmplitudeControl, FastHold, OpenLoop, SlowHold
+from twin.procedures.steps.amplitude import AmplitudeControl, FastHold, SlowHold
 from twin.procedures.steps.phase import PhaseLock, resonance_phase
-from twin.procedures.steps.sine_step import SineStep, run_sine_step
+from twin.procedures.steps.sine_step import run_sine_step
+from twin.procedures.steps.wait import SineStep
 
 TIME_CONSTANT_CYCLES = 1 / (2 * math.pi * LIMITS.usual_damping_ratio)
 """Of a free decay, in cycles: what response and phase control assume."""
@@ -52,7 +53,7 @@ class _Runner:
 
                 for index, frequency in enumerate(step_frequencies(procedure, upwards=upwards, responses=responses)):
                     results.append(self._step(sweep, index, frequency, amplitude))
-                self._end(StepState.DONE)
+                self._session.end(StepState.DONE)
 
     def amplitude_sweeps(self) -> None:
         """One sweep over the amplitudes for each frequency and direction."""
@@ -70,7 +71,7 @@ class _Runner:
                     if isinstance(procedure, RingDown):
                         self._ring_down(procedure, self._name(frequency, upwards), index)
                         index += 1
-                self._end(StepState.DONE)
+                self._session.end(StepState.DONE)
 
     def _name(self, frequency_Hz: float, upwards: bool) -> str:
         kind: str = self._procedure.procedure
@@ -123,7 +124,7 @@ class _Runner:
     def _amplitude_control(self, time_constant_s: float) -> AmplitudeControl:
         procedure = self._procedure
         if procedure.control == "voltage":
-            return OpenLoop()
+            return AmplitudeControl()
         tolerance = procedure.controller.tolerance
         if self._session.channels[procedure.target_channel].quantity == "force":
             # tight: the response lags behind every step of the force, and their ratio is what is measured
@@ -165,12 +166,6 @@ class _Runner:
             ),
             end_ns,
         )  # fmt: skip
-
-    def _end(self, state: StepState) -> None:
-        session = self._session
-        assert session.place is not None
-        place, frequency_Hz = session.place
-        session.mark(place, state, session.stream.latest_ns, frequency_Hz)
 
 
 def _way(upwards: bool) -> str:

@@ -1,7 +1,7 @@
 """Loading procedures, shipped by name or from a TOML file, and writing them back."""
 
 from pathlib import Path
-from typing import cast
+from typing import cast, get_args
 
 import tomli_w
 from pydantic import BaseModel
@@ -9,20 +9,12 @@ from pydantic import BaseModel
 from recordings.errors import InputError
 from recordings.toml_input import Question, parse_toml, read_toml, shipped_or_file
 from recordings.whole import whole_file
-from twin.procedures.kinds import Dwell, Impact, Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
+from twin.procedures.kinds import Procedure
 
 PROCEDURE_FILES = {path.stem: path for path in sorted(Path(__file__).parent.glob("*.toml"))}
 """The shipped procedures by name."""
 
-KINDS: dict[str, type[BaseModel]] = {
-    "stepped-sine": SteppedSine,
-    "dwell": Dwell,
-    "ring-down": RingDown,
-    "random": Random,
-    "multisine": Multisine,
-    "swept-sine": SweptSine,
-    "impact": Impact,
-}
+KINDS: dict[str, type[BaseModel]] = {kind.model_fields["procedure"].default: kind for kind in get_args(Procedure)}
 
 
 class _Kind(Question):

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -54,26 +54,12 @@ def measure(session: Session, place: StepPlace, start_ns: int, duration_s: float
     return Passing(session, start_ns, duration_s).take()
 
 
-@dataclass(frozen=True, kw_only=True)
-class Driven:
-    """How a stretch was driven and waited for, as :class:`StepResult` has it."""
-
-    voltage_V: float
-    amplitude: float
-    settle_s: float
-    settled: bool | None = None
-    remaining: float | None = None
-    peak_frequency_Hz: float | None = None
-
-
-def finish(session: Session, place: StepPlace, sizes: Mapping[str, Size], driven: Driven) -> None:
-    """Keep what was measured as the one step of its sweep, and end it."""
+def finish(session: Session, sizes: Mapping[str, Size], driven: StepResult) -> None:
+    """Keep a stretch as the one step of its sweep, with how long and how large it was, and end it."""
     duration_s = max((one.samples / one.sample_rate_Hz for one in sizes.values()), default=0.0)
-    end_ns = session.stream.latest_ns
     peak = {n: one.largest for n, one in sizes.items() if follows_excitation(session.channels[n].quantity)}
-    result = StepResult(**vars(place), **vars(driven), frequency_Hz=0.0, measure_s=duration_s, peak=peak)
-    session.finish_step(result, end_ns)
-    session.mark(place, StepState.DONE, end_ns, 0.0)
+    session.finish_step(replace(driven, measure_s=duration_s, peak=peak), session.stream.latest_ns)
+    session.end(StepState.DONE)
 
 
 def rms(series: Series) -> float:

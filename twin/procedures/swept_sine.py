@@ -5,8 +5,9 @@ from collections.abc import Mapping
 from recordings.quantities import is_response
 from recordings.run import StepState
 from twin.procedures.kinds import SweptSine
+from twin.procedures.results import StepResult
 from twin.procedures.session import Session, StepPlace
-from twin.procedures.stretch import Driven, Passing, Size, finish
+from twin.procedures.stretch import Passing, Size, finish
 
 
 def run_swept_sine(procedure: SweptSine, session: Session) -> None:
@@ -41,11 +42,11 @@ def run_swept_sine(procedure: SweptSine, session: Session) -> None:
                 passing.take(now_ns)
             sizes = passing.take()
             peak = _share_at_peak(session, sizes)
-            driven = Driven(
-                voltage_V=session.voltage_V, amplitude=session.voltage_V, settle_s=0.0,
+            driven = StepResult(
+                **vars(place), frequency_Hz=0.0, voltage_V=session.voltage_V, amplitude=session.voltage_V, settle_s=0.0,
                 peak_frequency_Hz=None if peak is None else first + peak * (last - first),
             )  # fmt: skip
-            finish(session, place, sizes, driven)
+            finish(session, sizes, driven)
 
 
 def _share_at_peak(session: Session, sizes: Mapping[str, Size]) -> float | None:

@@ -39,9 +39,7 @@ def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine)
     frequencies = fixed_frequencies(procedure)
     if procedure.control != "force" or procedure.order != "frequency" or len(frequencies) < 2:
         return []
-    free = open_bench(
-        rig, preload=preload, drive="force", noise=False, converter=False, sample_rate_Hz=procedure.sample_rate
-    )
+    free = open_bench(rig, preload=preload, drive="force")
     balance = HarmonicBalance(free.built)
     names = [channel.name for channel in free.channels]
     force = next(channel.name for channel in free.channels if channel.quantity == "force")

@@ -35,7 +35,7 @@ class Limits:
     """Stretch between the folds over the resonance's width, below which both ways meet the same steps: nothing to
     gain."""
 
-    # checks/noise.py
+    # checks/small_signals.py
     most_few: float = 0.2
     """Of the steps near a resonance: so many may lie around an antiresonance."""
     noise_allowed: float = 0.005
@@ -43,18 +43,14 @@ class Limits:
     """Standard deviation of a phasor relative to itself: when to warn, and what a longer measurement aims at."""
     noise_longest: float = 16.0
     """How many times longer a measurement is made before more amplitude is the better advice."""
-
-    # checks/quantisation.py
     quantisation_fewest: int = 50
     """Converter steps that the peak value of a sine should have."""
 
-    # checks/sweep_rate.py
+    # checks/too_short.py
     sweep_rate_fastest: float = 216.0 / 60.0
     """Rate over the square of damping ratio times natural frequency up to which a resonance builds up: ISO 7626-2."""
     sweep_rate_wanted: float = 0.5
     """Of the fastest rate, what is advised: at that rate itself the peak still comes out 5 % low."""
-
-    # checks/too_short.py
     too_short_fewest: float = 3.0
     too_short_wanted: float = 8.0
     """Averages at a resolution of a mode's half-power width: when to warn, and what is advised. n of them give its

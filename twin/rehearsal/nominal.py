@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from twin.bench import drive_limits
+from twin.procedures.limits import LIMITS
 from twin.rigs import Rig, nominal_rig_file, preload_record
 from twin.structure.modelled_rig import modelled_rig
 from twin.structure.plausibility import unlikely_units
@@ -21,7 +22,7 @@ class NominalRig:
     """For the ``run`` record and its attachment."""
     preload: Mapping[str, str] = field(default_factory=dict)
     """``preload_N`` or ``preload_Nm`` of the ``run`` record, where known."""
-    damping_ratio: float | None = None
+    damping_ratio: float = LIMITS.usual_damping_ratio
     """Of the least damped mode."""
     bits: int | None = None
     """The converter's."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from recordings.quantities import is_motion, quantity
 from recordings.run import Channel
 from twin.procedures import Impact, Procedure, ProcedureResult, StepResult, SweptSine
-from twin.procedures.limits import LIMITS as PROCEDURES_LIMITS
 from twin.rehearsal.bands import band_numbers
 from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.nominal import NominalRig
@@ -55,6 +54,14 @@ class Caution:
         return f"{self.sweep}, step {self.index}" + (f" at {self.frequency_Hz:g} Hz" if self.frequency_Hz else "")
 
 
+def by_sweep(steps: Iterable[StepResult]) -> dict[str, list[StepResult]]:
+    """Steps of each sweep, in the order they were taken."""
+    found: dict[str, list[StepResult]] = {}
+    for step in steps:
+        found.setdefault(step.sweep, []).append(step)
+    return found
+
+
 @dataclass(frozen=True, kw_only=True)
 class SweepSummary:
     """One sweep about one resonance at a glance; that is a fit of one degree of freedom, NaN where there is none.
@@ -92,18 +99,11 @@ class Rehearsal:
 
     def half_width_Hz(self, frequency_Hz: float) -> float:
         """Half of the half-power bandwidth of a resonance near a frequency."""
-        ratio = (
-            PROCEDURES_LIMITS.usual_damping_ratio if self.nominal.damping_ratio is None else self.nominal.damping_ratio
-        )
-        return ratio * frequency_Hz
+        return self.nominal.damping_ratio * frequency_Hz
 
     def sweeps(self) -> dict[str, list[StepResult]]:
         """The sine steps of each sweep, in the order they were taken; ring-downs and broadband steps left out."""
-        found: dict[str, list[StepResult]] = {}
-        for step in self.result.steps:
-            if step.frequency_Hz > 0 and step.phasors:
-                found.setdefault(step.sweep, []).append(step)
-        return found
+        return by_sweep(step for step in self.result.steps if step.frequency_Hz > 0 and step.phasors)
 
     @property
     def force_channel(self) -> str | None:

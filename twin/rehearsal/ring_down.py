@@ -68,11 +68,7 @@ def _decay(run: Run, mark: Step, step: StepResult, channels: list[str]) -> Decay
     size = np.abs(z)
     # what is left when all has decayed is noise; a decay cut off before that has none to judge by
     noise = float(np.median(size[-max(len(size) // 10, 1) :])) if size[-1] < 0.01 * size[0] else 0.0
-    followed = (
-        int(np.argmax(size < LIMITS.least_above_noise * noise))
-        if np.any(size < LIMITS.least_above_noise * noise)
-        else len(t)
-    )
+    followed = int(np.argmax(np.append(size, 0.0) < LIMITS.least_above_noise * noise)) if noise else len(t)
     if followed < 2 * LIMITS.fewest_windows:
         return None
     t, logarithm = t[:followed], np.log(size[:followed]) + 1j * np.unwrap(np.angle(z[:followed]))

@@ -9,7 +9,7 @@ from twin.rehearsal.branches import predicted_branches
 from twin.rehearsal.noise import noise_tables
 from twin.rehearsal.rehearse import Rehearsed
 from twin.rehearsal.ring_down import free_decays
-from twin.rehearsal.transient import transient_left
+from twin.rehearsal.turns import transient_left
 from twin.rigs import Rig
 from twin.rigs.assumed import assumed
 

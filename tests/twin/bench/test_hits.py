@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from twin.bench import HammeredBench, Hit, open_bench
+from twin.bench.generator import pulse
 from twin.bench.limits import LIMITS
-from twin.bench.pulse import pulse
 from twin.rigs import Place, load_rig
 
 STEP_s, RATE_Hz = 1e-5, 5120.0

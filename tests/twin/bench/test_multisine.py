@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twin.bench.multisine import PeriodicSignal
+from twin.bench.generator import PeriodicSignal
 
 PERIOD_s, BAND_Hz, STEP_s = 0.5, (20.0, 400.0), 1 / 3000.7
 

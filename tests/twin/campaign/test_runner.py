@@ -29,7 +29,7 @@ def test_finished_cases_are_not_run_again_and_failed_ones_are(tmp_path, monkeypa
     ran = []
 
     @contextmanager
-    def in_threads(workers, scheduler):
+    def in_threads(workers, most):
         with ThreadPoolExecutor(workers) as executor:
             yield executor
 
@@ -71,7 +71,7 @@ def test_a_dask_cluster_runs_the_cases(tmp_path, monkeypatch):
     options = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": None}
     options["local_directory"] = str(tmp_path / "scratch")
     with distributed.LocalCluster(protocol="tcp", host="127.0.0.1", **options) as cluster:
-        results = run_campaign(PLANS, RIG, tmp_path, scheduler=cluster.scheduler_address)
+        results = run_campaign(PLANS, RIG, tmp_path, workers=cluster.scheduler_address)
     assert [result.plan for result in results] == PLANS
     assert [bool(result.error) for result in results] == [False, True, False]
 
@@ -80,7 +80,7 @@ def test_a_scheduler_that_does_not_answer_is_one_line(tmp_path, monkeypatch):
     monkeypatch.setattr(runner, "LIMITS", replace(runner.LIMITS, scheduler_s=0.5))
     package("distributed")
     with pytest.raises(InputError, match=r"--scheduler.*cannot be reached"):
-        run_campaign(PLANS, RIG, tmp_path, scheduler="tcp://127.0.0.1:1")
+        run_campaign(PLANS, RIG, tmp_path, workers="tcp://127.0.0.1:1")
 
 
 def _with_cases(folder):

@@ -37,7 +37,7 @@ def once_and_no_more(folder, capsys):
 
 
 @contextmanager
-def in_threads(workers, scheduler):
+def in_threads(workers, most):
     with ThreadPoolExecutor(workers) as executor:
         yield executor
 

@@ -7,6 +7,7 @@ from recordings import RunWriter, read_run
 from twin.bench import open_bench
 from twin.demo import broadband
 from twin.diagnose import diagnose
+from twin.diagnose.models import CAUSES
 from twin.diagnose.places import from_told_place, node_field, place_at, place_labels, position, told_place
 from twin.identify.forward.predict import blank_data
 from twin.procedures import DirectAcquisition, run_procedure
@@ -86,6 +87,17 @@ def test_a_place_goes_to_its_node_and_back(evidence):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(CAUSES))
+def test_every_cause_reports_its_places_between_nodes_as_the_search_has_them(evidence, name):
+    for label in CAUSES[name].labels(evidence):
+        parameters = CAUSES[name].parameters(evidence, label)
+        values = {p.name: p.starts[0] for p in parameters}
+        reported, std = CAUSES[name].reported(values, values)
+        places = {p.name for p in parameters if "position" in p.name}
+        assert places <= set(reported)
+        assert set(std) == set(reported)
+
+
 def test_a_mass_on_the_plate_is_found_at_its_node(tmp_path):
     part = "plate"
     hidden = {"part": part, "node": 18.0, "mass_kg": 0.04}

@@ -135,7 +135,7 @@ def _flat_tops(x: _Known) -> NDArray[Any]:
     if top <= 0:
         return np.empty(0, int)
     high = [piece[piece >= LIMITS.clipping_high * top].astype(np.float32) for piece in pieces(x)]
-    usual = _median(np.concatenate(high))
+    usual = float(np.median(np.concatenate(high), overwrite_input=True))  # there may be many
     if smallest_step(x) > LIMITS.clipping_top * usual:
         return np.empty(0, int)
     tops = _Tops()
@@ -150,13 +150,6 @@ def _flat_tops(x: _Known) -> NDArray[Any]:
     by_noise = float(np.median(tops.errors))
     cut = apart < max(LIMITS.clipping_level * usual, 2 * by_noise) and by_noise < LIMITS.clipping_shaped * apart
     return np.concatenate(tops.flat) if cut else np.empty(0, int)
-
-
-def _median(values: NDArray[np.float32]) -> float:
-    """Of at least one value; they are put in another order, as there may be many."""
-    middle = [(len(values) - 1) // 2, len(values) // 2]
-    values.partition(middle)
-    return float(np.mean(values[middle].astype(float)))
 
 
 @dataclass

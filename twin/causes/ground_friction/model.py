@@ -36,8 +36,10 @@ class GroundFriction(Cause):
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
         """Force and place."""
-        names = ("force_N", "position_m")
-        return {name: values[name] for name in names}, {name: std[name] for name in names if name in std}
+        told, errors = dict(values), dict(std)
+        told.pop("travel_m")
+        errors.pop("travel_m", None)
+        return told, errors
 
     def from_reported(self, values: Values) -> dict[str, float]:
         """Return force and place, with a usual travel."""

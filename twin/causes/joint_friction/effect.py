@@ -1,4 +1,5 @@
-from twin.bench.plan import JointSlider, Plan
+from twin.bench.plan import Plan
+from twin.joint import jenkins
 
 
 def joint_friction(
@@ -10,4 +11,4 @@ def joint_friction(
     number = int(layer_element or count)
     if not 1 <= number <= count:
         raise ValueError(f"the layer has {count} elements, numbered from 1, and no number {layer_element}")
-    chosen.sliders.append(JointSlider(number - 1, stiffness_N_per_m, slip_force_N))
+    chosen.sliders.append((number - 1, jenkins(stiffness_N_per_m, slip_force_N)))

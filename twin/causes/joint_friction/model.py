@@ -5,17 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from twin.diagnose.cause import (
-    Cause,
-    Label,
-    Labels,
-    MeasuredData,
-    Parameter,
-    Values,
-    joint_labels,
-    joint_number,
-    thresholds,
-)
+from twin.causes.joints import JointCause
+from twin.diagnose.cause import Label, Labels, MeasuredData, Parameter, Values, thresholds
 from twin.identify.joint_motion import largest_motion
 from twin.identify.linear.receptance import ModalBasis
 from twin.identify.model_modification import Attachment, ModelModification, NonlinearForce
@@ -23,7 +14,7 @@ from twin.identify.slipping import RIPPLES, Slider
 from twin.structure import Structure, layer_points
 
 
-class JointFriction(Cause):
+class JointFriction(JointCause):
     """A Jenkins element on the slip of one of the layer's points."""
 
     name = "joint-friction"
@@ -34,8 +25,8 @@ class JointFriction(Cause):
         """The elements of each joint's layer, counted from the clamp's end."""
         return tuple(
             {**label, "layer_element": str(n + 1)}
-            for label in joint_labels(evidence)
-            for n in range(evidence.rig.joints[joint_number(evidence, label)].layer_elements)
+            for label in super().labels(evidence)
+            for n in range(evidence.rig.joints[self.number(evidence, label)].layer_elements)
         )
 
     def assumed(self, evidence: MeasuredData) -> Label:
@@ -47,10 +38,11 @@ class JointFriction(Cause):
 
         The displacement is sought instead of the force, which says nothing of amplitude before the stiffness is known.
         """
-        joint = joint_number(evidence, label)
+        joint = self.number(evidence, label)
         points = layer_points(evidence.model.structure, evidence.rig.joints[joint].layer_elements, joint=joint)
         unit = float(evidence.model.reference_G[joint] * np.sum(points.slip_weight))
-        slip = self._largest_slip(evidence, label)
+        # Slip of the point where the rig moves as far as was measured and its joint is linear, m.
+        slip = float(largest_motion(evidence, joint)[1][int(label["layer_element"]) - 1])
         starts = thresholds(slip, least=0.05)
         return (
             Parameter(
@@ -81,7 +73,7 @@ class JointFriction(Cause):
 
     def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """The stuck spring everywhere, and what slipping takes off it."""
-        slip = _slip(evidence, label)
+        slip = self._slip(evidence, label)
         k = values["stiffness_N_per_m"]
         slip_force = k * values["slip_m"]
         row = slip(evidence.model.structure)[None]
@@ -90,9 +82,11 @@ class JointFriction(Cause):
         force = NonlinearForce(slip, slider.equivalent, slider.harmonics, slider=slider)
         return ModelModification(attachments=(stuck,), nonlinear=(force,))
 
-    def _largest_slip(self, evidence: MeasuredData, label: Label) -> float:
-        """Slip of the point where the rig moves as far as was measured and its joint is linear, m."""
-        return float(largest_motion(evidence, joint_number(evidence, label))[1][int(label["layer_element"]) - 1])
+    def _slip(self, evidence: MeasuredData, label: Label) -> Callable[[Structure], Any]:
+        """Row of the point's slip, m."""
+        joint, number = self.number(evidence, label), int(label["layer_element"]) - 1
+        count = evidence.rig.joints[joint].layer_elements
+        return lambda structure: layer_points(structure, count, joint=joint).slip[number]
 
 
 class _Ripple:
@@ -109,10 +103,3 @@ class _Ripple:
             found = [self._basis.receptance(self._row, h * self._omega)[:, 0, 0] for h in RIPPLES]
             self._compliance, at = np.stack(found, axis=1), np.searchsorted(self._omega, omega)
         return self._compliance[at]
-
-
-def _slip(evidence: MeasuredData, label: Label) -> Callable[[Structure], Any]:
-    """Row of the point's slip, m."""
-    joint, number = joint_number(evidence, label), int(label["layer_element"]) - 1
-    count = evidence.rig.joints[joint].layer_elements
-    return lambda structure: layer_points(structure, count, joint=joint).slip[number]

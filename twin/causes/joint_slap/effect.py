@@ -1,5 +1,4 @@
 from twin.bench.layer import slapping
-from twin.bench.limits import LIMITS
 from twin.bench.plan import Plan
 
 
@@ -10,6 +9,4 @@ def joint_slap(plan: Plan, *, gap_m: float, stiffness_factor: float, joint: str 
     """
     if stiffness_factor <= 0:
         raise ValueError(f"a stiffness factor must be positive, got {stiffness_factor}")
-    plan.joint(joint).law_changes.append(
-        lambda law, E: slapping(law, E=E, gap_m=gap_m, factor=stiffness_factor, limit_m=LIMITS.reference_opening)
-    )
+    plan.joint(joint).law_changes.append(lambda law, E: slapping(law, E=E, gap_m=gap_m, factor=stiffness_factor))

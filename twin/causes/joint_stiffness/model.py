@@ -3,17 +3,8 @@
 import math
 from dataclasses import replace
 
-from twin.diagnose.cause import (
-    Cause,
-    Label,
-    MeasuredData,
-    ModelModification,
-    Parameter,
-    Values,
-    joint_labels,
-    joint_name,
-    joint_number,
-)
+from twin.causes.joints import JointCause
+from twin.diagnose.cause import Label, MeasuredData, ModelModification, Parameter, Values
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.linear.linear_fit import MODULI_STD
 
@@ -21,7 +12,7 @@ SCALE = 0.7
 """Half or twice what was assumed is usual."""
 
 
-class JointStiffness(Cause):
+class JointStiffness(JointCause):
     """Factors on E' and G' beyond the ten per cent that no experimenter knows.
 
     Fitted by their logarithms, as the moduli themselves are: the data hold the products, and along a straight line in
@@ -30,7 +21,6 @@ class JointStiffness(Cause):
 
     name = "joint-stiffness"
     summary = "the joint's E' and G' are not those that were assumed"
-    labels = staticmethod(joint_labels)
     numbers = (
         Parameter(name="log_normal_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(-0.2,)),
         Parameter(name="log_shear_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(-0.2,)),
@@ -40,7 +30,7 @@ class JointStiffness(Cause):
         self, evidence: MeasuredData, label: Label, baseline: BaselineParameters, values: Values
     ) -> tuple[BaselineParameters, dict[str, float]]:
         """The data know the products alone: nearly all that the moduli are off by goes into the factors."""
-        base, joint = baseline.base, joint_number(evidence, label)
+        base, joint = baseline.base, self.number(evidence, label)
         nominal = evidence.rig.moduli(evidence.preload)[joint]
         share = SCALE**2 / (SCALE**2 + MODULI_STD**2)
         normal = values["log_normal_factor"] + math.log(base.E[joint] / nominal.normal_modulus)
@@ -64,4 +54,4 @@ class JointStiffness(Cause):
     def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """Scaled moduli."""
         factors = math.exp(values["log_normal_factor"]), math.exp(values["log_shear_factor"])
-        return ModelModification(moduli_factor={joint_name(evidence, label): factors})
+        return ModelModification(moduli_factor={self.joint(evidence, label): factors})

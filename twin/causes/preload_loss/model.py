@@ -1,25 +1,22 @@
 """The bolt loses preload while the test runs."""
 
+from twin.causes.joints import JointCause
 from twin.diagnose.cause import (
-    Cause,
     Label,
     MeasuredData,
     ModelModification,
     Parameter,
     Values,
-    joint_labels,
-    joint_name,
     measured_duration_s,
 )
 
 
-class PreloadLoss(Cause):
+class PreloadLoss(JointCause):
     """E' falls linearly with time."""
 
     name = "preload-loss"
     summary = "the joint softens while the test goes on, as a bolt that loses its preload does"
     tried_at_full_size = True
-    labels = staticmethod(joint_labels)
 
     def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Relative fall per second."""
@@ -31,4 +28,4 @@ class PreloadLoss(Cause):
 
     def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A drift of the layer's normal modulus."""
-        return ModelModification(layer_drift_per_s={joint_name(evidence, label): values["rate_per_s"]})
+        return ModelModification(layer_drift_per_s={self.joint(evidence, label): values["rate_per_s"]})

@@ -1,11 +1,6 @@
-from twin.bench.plan import Matrices, Plan
-from twin.structure.sparse import with_square
+from twin.bench.plan import Plan
 
 
 def stinger_stiffness(plan: Plan, *, stiffness_N_per_m: float) -> None:
     """Tie the drive point to the ground."""
-
-    def change(matrices: Matrices) -> None:
-        matrices.K0 = with_square(matrices.K0, stiffness_N_per_m, matrices.row(plan.drive_place))
-
-    plan.matrix_changes.append(change)
+    plan.matrix_changes.append(lambda matrices: matrices.add_spring(plan.drive_place, stiffness_N_per_m))

@@ -2,11 +2,10 @@
 
 import cmath
 import math
-from typing import Protocol
 
 
-class AmplitudeControl(Protocol):
-    """Chooses the generator's voltage."""
+class AmplitudeControl:
+    """Chooses the generator's voltage; in open loop it is the target."""
 
     def begin(self) -> None:
         """A new step: phases of earlier windows are void."""
@@ -19,22 +18,10 @@ class AmplitudeControl(Protocol):
         `measured` and `std` are of the held channel in the last window; `nearness` is 1 at phase resonance, 0 far off,
         None while it is not known.
         """
-
-
-class OpenLoop:
-    """The voltage is the target."""
-
-    def begin(self) -> None:
-        """Nothing to forget."""
-
-    def update(
-        self, measured: complex, *, std: float, target: float, voltage_V: float, window_s: float, nearness: float | None
-    ) -> float:
-        """Always the target."""
         return target
 
 
-class FastHold:
+class FastHold(AmplitudeControl):
     """Holds the force, which follows the voltage at once and the structure's slow response besides.
 
     The force is F = H V - (what the moving structure takes).  H is nearly the same at all frequencies of a sweep, but
@@ -93,7 +80,7 @@ class FastHold:
         return min(max(0.9 * change, -0.7), 4.0)
 
 
-class SlowHold:
+class SlowHold(AmplitudeControl):
     """Holds a response, which follows the voltage with the resonance's time constant tau.
 
     At resonance x = ln |X| obeys x' = (ln V - x)/tau, and the law ln V = P e + I (integral of e), e = ln target - x,

@@ -1,17 +1,39 @@
-"""The wait before a measurement: amplitude and phase controlled, settling judged, transients stopped."""
+"""A step and the wait before its measurement: amplitude and phase controlled, settling judged, transients stopped."""
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
-from twin.procedures.limits import LIMITS
-from twin.procedures.session import Session
+from twin.procedures.session import Session, StepPlace
 from twin.procedures.sine_fit import SineFit
+from twin.procedures.steps.amplitude import AmplitudeControl
 from twin.procedures.steps.brake import Brake
-from twin.procedures.steps.phasors import nearness, relative_phasors
+from twin.procedures.steps.phase import PhaseLock, nearness, relative_phasors
 from twin.procedures.steps.settling import SettlingDetector, usual_rate
-from twin.procedures.steps.step import SineStep
+from twin.procedures.tables import Settle
+
+
+@dataclass(frozen=True, kw_only=True)
+class SineStep:
+    """One step.
+
+    `measured_channel` is the one held at the target, empty in open loop; `tolerance` what counts as held; `phase` is
+    None where the frequency stays, otherwise it follows `phase_channel` until within `phase_tolerance_rad`.
+    """
+
+    place: StepPlace
+    frequency_Hz: float
+    voltage_V: float
+    measured_channel: str
+    control: AmplitudeControl
+    tolerance: float
+    settle: Settle
+    measure_s: float
+    phase: PhaseLock | None = None
+    phase_channel: str = ""
+    phase_tolerance_rad: float = math.inf
 
 
 def window_seconds(frequency_Hz: float, sample_rate_Hz: float) -> float:
@@ -60,13 +82,7 @@ class Wait:
                 break
             series = session.window(start_ns, length_s)
             delay_s = (start_ns - self._reference_ns) * 1e-9
-            fits = session.fits(
-                series,
-                frequency_Hz=session.frequency_Hz,
-                harmonics=LIMITS.control_harmonics,
-                modulation=2,
-                delay_s=delay_s,
-            )
+            fits = session.fits(series, modulation=2, delay_s=delay_s)
             end_ns = start_ns + round(length_s * 1e9)
             if not fits:
                 start_ns = end_ns

@@ -1,21 +1,16 @@
-"""What a rehearsal warns of, one check a file; each takes a rehearsal and gives cautions."""
+"""What a rehearsal warns of: each check takes a rehearsal and gives cautions."""
 
 from collections.abc import Callable, Iterator
 
 from twin.rehearsal.checks.coarse_grid import check_grid
-from twin.rehearsal.checks.drive import check_drive
 from twin.rehearsal.checks.drop_out import check_drop_out
 from twin.rehearsal.checks.dwell import check_dwell
-from twin.rehearsal.checks.early_end import check_early_ends
 from twin.rehearsal.checks.internal_resonance import check_internal_resonance
-from twin.rehearsal.checks.jump import check_jumps
-from twin.rehearsal.checks.limits import check_limits
-from twin.rehearsal.checks.noise import check_noise
-from twin.rehearsal.checks.overload import check_overload
-from twin.rehearsal.checks.quantisation import check_quantisation
+from twin.rehearsal.checks.jump import check_early_ends, check_jumps
+from twin.rehearsal.checks.limits import check_drive, check_limits, check_overload
 from twin.rehearsal.checks.rig_file import check_rig_file
-from twin.rehearsal.checks.sweep_rate import check_sweep_rate
-from twin.rehearsal.checks.too_short import check_length
+from twin.rehearsal.checks.small_signals import check_noise, check_quantisation
+from twin.rehearsal.checks.too_short import check_length, check_sweep_rate
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 CHECKS: tuple[Callable[[Rehearsal], Iterator[Caution]], ...] = (

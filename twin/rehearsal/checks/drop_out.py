@@ -6,11 +6,10 @@ Near a resonance the force falls, as the shaker meets a structure that moves; be
 from collections.abc import Iterator, Sequence
 
 from twin.procedures import Dwell, Impact, RingDown, SteppedSine, StepResult, SweptSine
-from twin.rehearsal.checks.amplitudes import amplitudes_at_most
-from twin.rehearsal.checks.longer_wait import longer_wait
+from twin.rehearsal.checks.changes import amplitudes_at_most, longer_wait
 from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.refine import finer_grid
-from twin.rehearsal.rehearsal import Caution, Rehearsal
+from twin.rehearsal.rehearsal import Caution, Rehearsal, by_sweep
 
 
 def check_drop_out(rehearsal: Rehearsal) -> Iterator[Caution]:
@@ -19,14 +18,10 @@ def check_drop_out(rehearsal: Rehearsal) -> Iterator[Caution]:
     if isinstance(procedure, (SweptSine, Impact)):
         return
     tolerance = procedure.controller.tolerance
-    for sweep in dict.fromkeys(step.sweep for step in rehearsal.result.steps):
-        steps = [step for step in rehearsal.result.steps if step.sweep == sweep]
+    for sweep, steps in by_sweep(rehearsal.result.steps).items():
         off = [step for step in steps if abs(step.amplitude_error) > tolerance + 3 * _uncertainty(step)]
-        for concerned in (
-            [step for step in off if step.amplitude_error < 0],
-            [step for step in off if step.amplitude_error > 0],
-        ):
-            if concerned:
+        for low in (True, False):
+            if concerned := [step for step in off if (step.amplitude_error < 0) == low]:
                 yield _caution(rehearsal, sweep, concerned)
 
 

@@ -7,10 +7,10 @@ import math
 from collections.abc import Iterator, Sequence
 
 from twin.procedures import Dwell, Multisine, Procedure, RingDown, SteppedSine, StepResult
-from twin.rehearsal.checks.longer_wait import longer_wait
+from twin.rehearsal.checks.changes import longer_wait
 from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Caution, Rehearsal
-from twin.rehearsal.transient import transient_left
+from twin.rehearsal.turns import transient_left
 
 
 def check_dwell(rehearsal: Rehearsal) -> Iterator[Caution]:
@@ -20,7 +20,7 @@ def check_dwell(rehearsal: Rehearsal) -> Iterator[Caution]:
         yield from (_restless(procedure, step) for step in rehearsal.result.steps if not _repeats(step))
         return
     for sweep, steps in rehearsal.sweeps().items():
-        left = [transient_left(rehearsal, step, before) for before, step in _pairs(steps)]
+        left = [transient_left(rehearsal, step, before) for before, step in zip([None, *steps], steps, strict=False)]
         worst = max(range(len(steps)), key=lambda i: left[i])
         short = sum(one > LIMITS.dwell_allowed for one in left)
         if not short:
@@ -57,10 +57,6 @@ def _restless(procedure: Multisine, step: StepResult) -> Caution:
 
 def _part(left: float) -> str:
     return "most" if left > 0.5 else f"about {100 * left:.2g} %"
-
-
-def _pairs(steps: Sequence[StepResult]) -> list[tuple[StepResult | None, StepResult]]:
-    return list(zip([None, *steps[:-1]], steps, strict=True))
 
 
 def _hysteresis(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult]) -> str:

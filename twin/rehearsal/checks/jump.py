@@ -1,9 +1,12 @@
-"""Jump ahead: the branch that a sweep follows folds, and the response leaves it for another."""
+"""Jump ahead: the branch that a sweep follows folds, and the response leaves it for another.
+
+Where a predicted branch ends early nothing is known of folds, and a jump is not foretold.
+"""
 
 from collections.abc import Iterator, Sequence
 
 from twin.procedures import SteppedSine, StepResult
-from twin.rehearsal.folds import Folds, folds_within, jumping_steps
+from twin.rehearsal.folds import Folds, branches_of, folds_within, jumping_steps
 from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.refine import finer_grid
 from twin.rehearsal.rehearsal import Caution, Rehearsal
@@ -22,6 +25,21 @@ def check_jumps(rehearsal: Rehearsal) -> Iterator[Caution]:
         jumps = jumping_steps(rehearsal, steps)
         if jumps:
             yield _caution(rehearsal, sweep, steps, jumps)
+
+
+def check_early_ends(rehearsal: Rehearsal) -> Iterator[Caution]:
+    """Report the sweeps whose predicted curve stops before their last frequency."""
+    for sweep, steps in rehearsal.sweeps().items():
+        reason = next(
+            (branch["ends_early"] for branch in branches_of(rehearsal, steps) if branch.get("ends_early")), ""
+        )
+        if reason:
+            yield Caution(
+                kind="branch-ends-early", severity="note", sweep=sweep, index=steps[0].index,
+                frequency_Hz=steps[0].frequency_Hz, steps=len(steps),
+                reason=f"the predicted branch ends early, at {reason}: folds beyond are not known",
+                advice="look out for jumps that no warning foretells", changes={},
+            )  # fmt: skip
 
 
 def _caution(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult], jumps: Sequence[int]) -> Caution:

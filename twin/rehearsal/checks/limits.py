@@ -1,12 +1,67 @@
-"""Limit reached: a guard ended the run, or a channel came so near to its limit that the real rig may trip it."""
+"""Limit reached: a guard ended the run, or a channel is at a limit or so near that the real rig may reach it.
+
+The limits are the converter's (overload), those of amplifier and armature, and the procedure's.  What an amplifier cuts
+off, or what knocks at a stop, comes back as harmonics of the force.
+"""
 
 from collections.abc import Iterator
 
-from twin.procedures import StepResult
-from twin.rehearsal.checks.amplitudes import amplitudes_at_most
-from twin.rehearsal.rehearsal import Caution, Rehearsal
+from twin.rehearsal.checks.changes import amplitudes_at_most
+from twin.rehearsal.rehearsal import Caution, Rehearsal, by_sweep
 
-NEAR, WANTED = 0.9, 0.8
+FULL, HELD, NEAR, WANTED = 0.9999, 0.99, 0.9, 0.8
+"""Of a limit: where a converter clips, where amplifier or stop hold, what is told, and what is advised."""
+
+
+def check_overload(rehearsal: Rehearsal) -> Iterator[Caution]:
+    """Judge every sweep and channel by the largest sample of its measurements."""
+    for sweep, steps in by_sweep(rehearsal.result.steps).items():
+        for name, channel in rehearsal.channels.items():
+            if channel.range is None:
+                continue
+            uses = [step.peak.get(name, 0.0) / channel.range for step in steps]
+            worst = max(range(len(steps)), key=lambda i: uses[i])
+            if uses[worst] < NEAR:
+                continue
+            step, full = steps[worst], uses[worst] >= FULL
+            state = "is on" if full else f"comes to {100 * uses[worst]:.0f} % of"
+            # a clipped peak hides how far it would have gone
+            factor = WANTED / uses[worst] * (0.6 if full else 1.0)
+            yield Caution(
+                kind="overload", severity="stop" if full else "warning", channel=name, sweep=sweep,
+                index=step.index, frequency_Hz=step.frequency_Hz, steps=sum(use >= NEAR for use in uses),
+                size=uses[worst],
+                reason=f"{name} {state} its converter's limit of {channel.range:g} {channel.unit}",
+                advice=f"take a wider range for {name}, or less than "
+                f"{step.target_amplitude * factor:.3g} as amplitude",
+                changes=amplitudes_at_most(
+                    rehearsal.procedure, step.target_amplitude, step.target_amplitude * factor
+                ),
+            )  # fmt: skip
+
+
+def check_drive(rehearsal: Rehearsal) -> Iterator[Caution]:
+    """Judge every sweep by the step that comes nearest to each limit of the rig's drive."""
+    for name, limit in rehearsal.nominal.drive_limits.items():
+        unit = rehearsal.channels[name].unit
+        for sweep, steps in by_sweep(rehearsal.result.steps).items():
+            worst = max(steps, key=lambda step: step.peak.get(name, 0.0))
+            use = worst.peak.get(name, 0.0) / limit
+            if use < NEAR:
+                continue
+            held = use >= HELD
+            whose = "the end stops, at" if name == "stroke" else "the amplifier's limit of"
+            state = f"{'is held at' if held else f'comes to {100 * use:.0f} % of'} {whose} {limit:g} {unit}"
+            # what was cut off hides how much would have been needed
+            wanted = worst.target_amplitude * WANTED / use * (0.8 if held else 1.0)
+            yield Caution(
+                kind="limit-reached", severity="warning", channel=name, sweep=sweep, index=worst.index,
+                frequency_Hz=worst.frequency_Hz,
+                steps=sum(step.peak.get(name, 0.0) >= NEAR * limit for step in steps), size=use,
+                reason=f"{name} {state}" + (", which distorts the force" if held and name != "stroke" else ""),
+                advice=f"an amplitude of {wanted:.3g} leaves it in hand",
+                changes=amplitudes_at_most(rehearsal.procedure, worst.target_amplitude, wanted),
+            )  # fmt: skip
 
 
 def check_limits(rehearsal: Rehearsal) -> Iterator[Caution]:
@@ -35,21 +90,18 @@ def check_limits(rehearsal: Rehearsal) -> Iterator[Caution]:
 def _tripped(rehearsal: Rehearsal, channel: str, detail: str) -> Caution:
     stopped = rehearsal.result.last_step
     assert stopped is not None
-    target, sweep = stopped.target_amplitude, stopped.sweep
+    target = stopped.target_amplitude
     limit = rehearsal.procedure.limits.peak[channel]
     # the sweeps before tell how the peak grows; without one, halve
-    before: dict[str, list[StepResult]] = {}
-    for step in rehearsal.result.steps:
-        if step.sweep != sweep and step.target_amplitude < target:
-            before.setdefault(step.sweep, []).append(step)
+    earlier = [s for s in rehearsal.result.steps if s.sweep != stopped.sweep and s.target_amplitude < target]
     wanted = 0.5 * target
-    if before:
-        last = list(before.values())[-1]
+    if earlier:
+        *_, last = by_sweep(earlier).values()
         peak = max(step.peak.get(channel, 0.0) for step in last)
         grown = last[0].target_amplitude * WANTED * limit / max(peak, 1e-300)
         wanted = min(max(grown, last[0].target_amplitude), 0.9 * target)
     return Caution(
-        kind="limit-reached", severity="stop", channel=channel, sweep=sweep, index=stopped.index,
+        kind="limit-reached", severity="stop", channel=channel, sweep=stopped.sweep, index=stopped.index,
         frequency_Hz=stopped.frequency_Hz, steps=1,
         reason=f"the guard ended the run: {detail}",
         advice=f"go no higher than {wanted:.3g}, or raise the limit of {channel} if the rig bears it",

@@ -1,9 +1,12 @@
-"""Too short: noise that ends before the lowest mode in its band is averaged, records that end before hits decay."""
+"""Too short: noise that ends before the lowest mode in its band is averaged, records that end before hits decay.
+
+Likewise a sine that is swept too fast: the resonance has no time to build up; its peak comes out low, wide and late.
+"""
 
 import math
 from collections.abc import Iterator
 
-from twin.procedures import Impact, Random
+from twin.procedures import Impact, Random, SweptSine
 from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
@@ -34,6 +37,29 @@ def check_length(rehearsal: Rehearsal) -> Iterator[Caution]:
         f"{frequency_Hz:.4g} Hz asks for, its width of {width_Hz:.2g} Hz: its damping cannot be told",
         advice=f"record {needed_s:g} s", changes={"duration": needed_s},
     )  # fmt: skip
+
+
+def check_sweep_rate(rehearsal: Rehearsal) -> Iterator[Caution]:
+    """Judge each sweep by the resonance that it met."""
+    procedure = rehearsal.procedure
+    if not isinstance(procedure, SweptSine):
+        return
+    for step in rehearsal.result.steps:
+        if step.peak_frequency_Hz is None:
+            continue
+        half_Hz = rehearsal.half_width_Hz(step.peak_frequency_Hz)
+        fastest = LIMITS.sweep_rate_fastest * half_Hz**2
+        if procedure.rate <= fastest:
+            continue
+        rate = float(f"{LIMITS.sweep_rate_wanted * fastest:.2g}")
+        yield Caution(
+            kind="sweep-too-fast", severity="warning", sweep=step.sweep, index=step.index,
+            frequency_Hz=step.peak_frequency_Hz, steps=1,
+            reason=f"{procedure.rate:g} Hz/s passes the resonance near {step.peak_frequency_Hz:.4g} Hz, which is "
+            f"{2 * half_Hz:.2g} Hz wide, before it has built up: a low, wide and late peak, false damping",
+            advice=f"sweep at {rate:g} Hz/s or slower, over a narrower range if that takes too long; or step",
+            changes={"rate": rate},
+        )  # fmt: skip
 
 
 def _check_records(rehearsal: Rehearsal, procedure: Impact) -> Iterator[Caution]:

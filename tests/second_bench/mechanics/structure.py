@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from tests.second_bench.beams import DOFS, meshed
-from tests.second_bench.laws import PARAMETERS, Kind
-from tests.second_bench.specimen import Layer, Specimen
+from tests.second_bench.mechanics.beams import DOFS, meshed
+from tests.second_bench.mechanics.laws import PARAMETERS, Kind
+from tests.second_bench.mechanics.specimen import Layer, Specimen
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from tests.second_bench.laws import Kind, element_force
-from tests.second_bench.structure import Modes
+from tests.second_bench.mechanics.laws import Kind, element_force
+from tests.second_bench.mechanics.structure import Modes
 
 Array = NDArray[np.float64]
 

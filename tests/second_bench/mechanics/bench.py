@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.second_bench.march import at_rest, march
-from tests.second_bench.specimen import Specimen
-from tests.second_bench.structure import modes_of
+from tests.second_bench.mechanics.march import at_rest, march
+from tests.second_bench.mechanics.specimen import Specimen
+from tests.second_bench.mechanics.structure import modes_of
 
 Array = NDArray[np.float64]
 

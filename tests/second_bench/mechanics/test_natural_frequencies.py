@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from tests.second_bench.beams import Beam, WeakStretch, meshed
 from tests.second_bench.believed import BELIEVED, rig_text
-from tests.second_bench.structure import modes_of
+from tests.second_bench.mechanics.beams import Beam, WeakStretch, meshed
+from tests.second_bench.mechanics.structure import modes_of
 
 BEAM = Beam(0.1, 0.4, 0.025, 0.006, 200e9, 7800.0)
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from tests.second_bench.believed import BELIEVED, SHAKER
-from tests.second_bench.laws import Kind
-from tests.second_bench.march import at_rest, march, recurrence
+from tests.second_bench.mechanics.laws import Kind
+from tests.second_bench.mechanics.march import at_rest, march, recurrence
+from tests.second_bench.mechanics.specimen import GroundElement
+from tests.second_bench.mechanics.structure import modes_of
 from tests.second_bench.plans import Noise
 from tests.second_bench.shaker import Distortion, noise, sine
 from tests.second_bench.sine_wave import fundamental
-from tests.second_bench.specimen import GroundElement
-from tests.second_bench.structure import modes_of
 
 PURE = Distortion(np.zeros(0), np.zeros(0))
 

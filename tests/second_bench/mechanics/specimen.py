@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tests.second_bench.beams import Beam, WeakStretch
-from tests.second_bench.laws import Kind
+from tests.second_bench.mechanics.beams import Beam, WeakStretch
+from tests.second_bench.mechanics.laws import Kind
 
 
 @dataclass(frozen=True, kw_only=True)

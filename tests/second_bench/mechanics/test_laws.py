@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from tests.second_bench.laws import FORGETTING, PARAMETERS, Kind, element_force, saturating
+from tests.second_bench.mechanics.laws import FORGETTING, PARAMETERS, Kind, element_force, saturating
 
 S = 1.6e-6
 
