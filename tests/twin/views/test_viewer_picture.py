@@ -16,7 +16,7 @@ from twin.procedures import SteppedSine, StepResult
 from twin.views.live.about import LiveAbout
 from twin.views.live.view import LiveView
 from twin.views.rerun.diagnosis import save_diagnosis
-from twin.views.rerun.mode import SLOW_MOTION
+from twin.views.rerun.motion import SLOW_MOTION
 from twin.views.rerun.viewer import headless_viewer, save_picture
 
 pytestmark = [

@@ -13,8 +13,7 @@ from recordings.run import Event, SampleBlock, Step, StepState
 from twin.procedures import StepResult
 from twin.views.extremes import extremes
 from twin.views.live.about import LiveAbout
-from twin.views.live.ranges import RangeUse
-from twin.views.live.spectrum import LiveSpectrum
+from twin.views.live.channels import LiveSpectrum, RangeUse
 from twin.views.live.sweeps import HarmonicsChart, SweepChart, stepped
 from twin.views.receptance import farthest_response
 from twin.views.rerun.rrd import TIME, entity, log_line, log_samples, log_series, log_view, send_layout

@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 
 from twin.identify.modes.measured_modes import MeasuredModes
-from twin.views.modal_figures import mac_figure, nyquist_figure, responses_figure, shapes_figure
+from twin.views.modal_figures import mac_figure, nyquist_figure, responses_figure, shapes_figure, stabilisation_figure
 from twin.views.page import Page, Picture, Section
-from twin.views.stabilisation import stabilisation_figure
 from twin.views.style import AFTER, CAUTION
 from twin.views.table import Table
 

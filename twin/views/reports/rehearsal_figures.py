@@ -111,6 +111,24 @@ def range_figure(steps: Rows) -> Figure | None:
     return figure
 
 
+def noise_figure(noise: Mapping[str, Any]) -> Figure:
+    """Densities, responses and coherence of a stretch of noise, one above the other."""
+    figure, grid = panels(3, 1, height_in=6.4, sharex=True, height_ratios=[3, 3, 2])
+    channels = list(noise["density"])
+    labels = {
+        "density": "spectral density, unit²/Hz", "response": "response per force, SI units", "coherence": "coherence",
+    }  # fmt: skip
+    for (axes,), (what, label) in zip(grid, labels.items(), strict=True):
+        for channel, values in noise[what].items():
+            colour = level_colour(channels.index(channel))
+            axes.plot(noise["frequency_Hz"], values, color=colour, linewidth=0.9, label=channel)
+        axes.set_yscale("linear" if what == "coherence" else "log")
+        dressed(axes, ylabel=label)
+    grid[2, 0].set(ylim=(0, 1.05), xlabel="frequency, Hz")
+    legend(figure, columns=4)
+    return figure
+
+
 def _marker(sweep: str) -> str:
     """Which way a sweep went: both ways lie on each other where all is well."""
     return "^" if sweep.endswith("-up") else "v" if sweep.endswith("-down") else "o"

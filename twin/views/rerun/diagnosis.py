@@ -19,8 +19,7 @@ from twin.views.reports.diagnosis import diagnosis_page
 from twin.views.reports.where import regions_of
 from twin.views.rerun.chart import Axis, Chart, ChartCurve, draw_chart
 from twin.views.rerun.fit import draw_backbones, draw_history, draw_l_curve, draw_residuals
-from twin.views.rerun.mode import animate_joint, animate_rig, draw_loops
-from twin.views.rerun.parts import SLOW_MOTION
+from twin.views.rerun.motion import SLOW_MOTION, animate_joint, animate_rig, draw_loops
 from twin.views.rerun.rrd import recording_file, send_layout
 from twin.views.style import INK, KIND, MEASURED, NOISE, level_colour
 

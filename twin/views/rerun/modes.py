@@ -12,9 +12,8 @@ from twin.identify.modes.stabilisation import stable_poles
 from twin.structure import drawn_parts, drawn_places
 from twin.views.modal_figures import measured_motion, nyquist
 from twin.views.rerun.chart import ChartCurve, draw_chart
-from twin.views.rerun.parts import SLOW_MOTION, animate_parts, seen_from
+from twin.views.rerun.motion import SLOW_MOTION, animate_parts
 from twin.views.rerun.rrd import recording_file, send_layout
-from twin.views.rig_figure import drawn_larger, extent
 from twin.views.style import AFTER, BEFORE, MEASURED, NOISE
 
 
@@ -70,9 +69,9 @@ def _shapes(recording: rr.RecordingStream, found: MeasuredModes) -> list[Any]:
     places = drawn_places(beside.modelled.structure, beside.places, name="measured")
     for number, mode in sorted(beside.pairs.items()):
         moved = [part.rows @ beside.modelled.modes.Phi[:, mode] for part in parts]
-        path = f"/shapes/{number + 1}"
-        larger = drawn_larger(moved, extent(parts))
-        animate_parts(recording, path, [*parts, places], [*moved, measured_motion(found, number)], larger)
+        marked = [(places, measured_motion(found, number))]
         title = f"Measured {found.fit.modes[number].frequency_Hz:.5g} Hz, model {mode + 1}"
-        views.append(rrb.Spatial3DView(origin=path, name=title, **seen_from(parts)))
+        views.append(
+            animate_parts(recording, f"/shapes/{number + 1}", title, parts, moved, marked=marked)
+        )  # fmt: skip
     return views

@@ -14,8 +14,14 @@ from twin.arrays import Array
 from twin.identify.spectra.spectrum import broadband_records, h1, is_impact_test
 from twin.views.curves import SteppedSweep, each_resonance, parted, stepped_sweeps
 from twin.views.extremes import extremes
-from twin.views.receptance import branch_curves, per_force_label, response_label
-from twin.views.rerun.backbone import draw_backbone
+from twin.views.receptance import (
+    branch_curves,
+    farthest_response,
+    per_force,
+    per_force_label,
+    reading_label,
+    response_label,
+)
 from twin.views.rerun.chart import Axis, ChartCurve, common_range, draw_chart
 from twin.views.rerun.rrd import TIME, entity, log_line, log_samples, log_series, log_view, recording_file, send_layout
 from twin.views.run_text import run_markdown
@@ -129,9 +135,42 @@ def _by_resonance(
     for below, where, about in each_resonance([part for sweep in reduced for part in parted(sweep)]):
         views = _sweep_charts(recording, run, about, rehearsal, f"/sweeps{below}")
         charts += [rrb.Horizontal(*views, name=where)] if where else views
-        backbone = draw_backbone(recording, run, about, path=f"/backbone{below}")
+        backbone = _backbone(recording, run, about, f"/backbone{below}")
         backbones += [backbone] if backbone else []
     return charts, backbones
+
+
+def _backbone(
+    recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep], path: str
+) -> rrb.Spatial2DView | None:
+    """Frequency and displacement of each sweep's largest step, by level, at the response channel farthest out.
+
+    Nothing where fewer than two sweeps show a top.
+    """
+    shown = [sweep for sweep in reduced if len(sweep.frequency_Hz) > 2 and sweep.harmonics]
+    if len(shown) < 2:
+        return None
+    farthest = farthest_response(run.channels[name] for name in shown[0].harmonics)
+    if farthest is None:
+        return None
+    channel = farthest.name
+    tops = []
+    for sweep in shown:
+        fundamental, quantity = sweep.harmonics[channel][:, 0], run.channels[channel].quantity
+        displacement = per_force(fundamental, quantity, sweep.frequency_Hz)
+        top = int(np.nanargmax(displacement))
+        tops.append((float(sweep.frequency_Hz[top]), float(displacement[top])))
+    x, y = np.array(sorted(tops, key=lambda top: top[1])).T
+    levels = list(dict.fromkeys(sweep.level for sweep in shown))
+    curves, told = [ChartCurve("line", x, y, INK, "dashed", 1.0)], []
+    for sweep, (frequency, size) in zip(shown, tops, strict=True):
+        colour = level_colour(levels.index(sweep.level))
+        curves.append(ChartCurve(sweep.name, np.array([frequency]), np.array([size]), colour, "point", 5.0))
+        told.append((sweep.level, colour, "point"))
+    return draw_chart(
+        recording, path, f"Backbone, {channel}", "frequency of the largest step, Hz",
+        reading_label(channel, farthest.quantity), curves, told=told, margin=0.15, width=1250.0, text=1.8,
+    )  # fmt: skip
 
 
 def _sweep_charts(
