@@ -52,7 +52,7 @@ def _draw_live(recording: Path, picture: Path) -> None:
 
         def on_step(step: StepResult) -> None:
             measured.append(step)
-            watch.result(step)
+            watch.show(step)
             if len(measured) == LIVE_STEP:
                 save_picture(viewer, picture)
 

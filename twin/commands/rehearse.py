@@ -149,7 +149,7 @@ class _Job:
 
             def on_step(step: StepResult) -> None:
                 meter.step(step)
-                watch.result(step)
+                watch.show(step)
 
             first = rehearse(
                 asked, source, self.written / "run.mcap", nominal=nominal, on_step=on_step, progress=meter.time,
