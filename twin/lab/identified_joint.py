@@ -145,7 +145,7 @@ class IdentifiedJoint(FitPictures, IdentifiedModel):
                     sweeps_picture(
                         evidence, self._sweeps, kinds=("model",), caption="Measured (points) and model (lines)"
                     ),
-                    residuals_picture(self._sweeps, kinds=("model",)),
+                    residuals_picture(evidence, self._sweeps, kinds=("model",)),
                 ],
             )
         yield broadband_section(evidence, {"model": found})

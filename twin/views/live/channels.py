@@ -8,7 +8,8 @@ import numpy as np
 import rerun as rr
 
 from recordings.run import Channel, SampleBlock
-from twin.views.rerun.chart import Axis, Chart
+from twin.views.plot import Axis
+from twin.views.rerun.chart import Chart
 from twin.views.style import INK, level_colour
 
 LEAST_percent, MOST_percent = 0.01, 100.0

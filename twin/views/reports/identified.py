@@ -1,12 +1,10 @@
 """What an identification says: parameters, how well the data determine them, residuals, the law and polynomials."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator
 
 from twin.arrays import Array
 from twin.identify.base_fit import HELD_PRECISION
@@ -18,8 +16,9 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import PolynomialFit, Polynomials
 from twin.rigs import LayerLawTable
 from twin.views.curves import LawBand, joint_name, law_in_lowest_mode, law_reach
-from twin.views.drawing import draw_band, dressed, legend, log_ticks, panels
-from twin.views.figures import draw_law, frame_law, unmeasured_entry
+from twin.views.figures import plots_figure
+from twin.views.plot import Axis, Curve, Plot
+from twin.views.plots import law_plot
 from twin.views.reports.answer import estimate_text
 from twin.views.style import AFTER, BEFORE, INK, level_colour
 from twin.views.table import Table
@@ -39,18 +38,48 @@ NAMES = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Determined:
-    """How well the data determine one parameter of the base family."""
+class Parameter:
+    """A linear parameter of the base family, as assumed and as identified."""
 
     parameter: str
     joint: str
     """What it is, and whose, where there are several joints; together they are its `name`."""
-    name: str
     unit: str
     nominal: float
     estimate: Estimate
     relative: bool
-    """Whether `beforehand` and `std` are of the logarithm; else they are absolute (loss factors)."""
+    """Whether it is fitted as a logarithm; loss factors, which may be zero, are not."""
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        return f"{self.parameter} {self.joint}".strip()
+
+
+def linear_parameters(linear: Mapping[str, Estimate | list[Estimate]], evidence: MeasuredData) -> list[Parameter]:
+    """All linear parameters in the order of the model's vector, those of joints and modes one by one."""
+    vector, _ = base_prior(nominal_parameters(evidence.rig, evidence.preload))
+    found: list[Parameter] = []
+    for key, entry in linear.items():
+        unit, relative = UNITS.get(key, ""), not key.endswith("loss_factor")
+        scale = 1e-6 if unit else 1.0
+        for number, estimate in enumerate(entry if isinstance(entry, list) else [entry]):
+            of_mode, was = key == "modal_damping", float(vector[len(found)])
+            found.append(
+                Parameter(
+                    parameter=f"{NAMES[key]} {number + 1}" if of_mode else NAMES[key],
+                    joint="" if of_mode else joint_name(evidence, number),
+                    unit=unit, nominal=scale * float(np.exp(was) if relative else was),
+                    estimate=Estimate(scale * estimate.value, scale * estimate.std), relative=relative,
+                )
+            )  # fmt: skip
+    return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class Determined(Parameter):
+    """How well the data determine one of them; deviations are of the logarithm where that is fitted."""
+
     beforehand: float
     """Standard deviation before the data, if all other parameters were known."""
     std: float
@@ -71,45 +100,22 @@ class Determined:
 
 def determined(found: Identified, evidence: MeasuredData) -> tuple[Determined, ...]:
     """Every linear parameter, in the order of the model's vector."""
-    nominal = nominal_parameters(evidence.rig, evidence.preload)
-    vector, precision = base_prior(nominal)
+    _, precision = base_prior(nominal_parameters(evidence.rig, evidence.preload))
     # Given the others: all damping ratios are assumed to be alike, so that some tell of one that was never measured.
     beforehand = 1 / np.sqrt(np.diag(precision))
-    entries = _flat(found, evidence)
-    names = [f"{parameter} {joint}".strip() for parameter, joint, _, _, _ in entries]
-    correlation = _correlation(found, len(names))
+    parameters = linear_parameters(found.linear, evidence)
     rows = []
-    for i, (parameter, joint, unit, relative, estimate) in enumerate(entries):
-        scale = 1e-6 if unit else 1.0
-        partner = int(np.argmax(np.abs(correlation[i])))
-        strength = float(correlation[i, partner])
+    for one, assumed, row in zip(parameters, beforehand, _correlation(found, len(parameters)), strict=False):
+        partner = int(np.argmax(np.abs(row)))
+        strength, estimate = float(row[partner]), one.estimate
         rows.append(
             Determined(
-                parameter=parameter, joint=joint, name=names[i], unit=unit,
-                nominal=scale * float(np.exp(vector[i]) if relative else vector[i]),
-                estimate=Estimate(scale * estimate.value, scale * estimate.std), relative=relative,
-                beforehand=float(beforehand[i]), std=estimate.std / estimate.value if relative else estimate.std,
-                partner=names[partner] if strength else "", correlation=strength,
+                **vars(one), beforehand=float(assumed),
+                std=estimate.std / estimate.value if one.relative else estimate.std,
+                partner=parameters[partner].name if strength else "", correlation=strength,
             )
         )  # fmt: skip
     return tuple(rows)
-
-
-def _flat(found: Identified, evidence: MeasuredData) -> list[tuple[str, str, str, bool, Estimate]]:
-    """All linear parameters in the order of the fit: name, joint, unit, whether it is fitted as a logarithm, estimate.
-
-    Those of the modes one by one.
-    """
-    entries = []
-    for key, entry in found.linear.items():
-        name = NAMES.get(key, key.replace("_", " "))
-        unit, relative = UNITS.get(key, ""), not key.endswith("loss_factor")  # which may be zero
-        for number, estimate in enumerate(entry if isinstance(entry, list) else [entry]):
-            if key == "modal_damping":
-                entries.append((f"{name} {number + 1}", "", unit, relative, estimate))
-            else:
-                entries.append((name, joint_name(evidence, number), unit, relative, estimate))
-    return entries
 
 
 def _correlation(found: Identified, count: int) -> Array:
@@ -123,10 +129,10 @@ def _correlation(found: Identified, count: int) -> Array:
     return np.asarray(correlation)
 
 
-def parameter_table(rows: tuple[Determined, ...]) -> Table:
+def parameter_table(rows: Sequence[Parameter], *, caption: str = "With one standard deviation") -> Table:
     """Assumed and identified."""
     return Table(
-        caption="With one standard deviation",
+        caption=caption,
         head=("parameter", "nominal", "identified", "unit"),
         rows=[(row.name, f"{row.nominal:.4g}", estimate_text(row.estimate), row.unit) for row in rows],
         numbers=(1, 2),
@@ -227,37 +233,31 @@ def _power(order: int) -> str:
 
 
 def identified_law_figure(found: Identified, evidence: MeasuredData) -> Figure:
-    """Softening over opening and loss over slip; below, over a sensor's amplitude, the papers' polynomials.
-
-    Beside the polynomials of each level stands the same law as the lowest mode that was swept sees it.
-    """
-    bands = file_law_bands(found, evidence)
-    rows = len(bands) // 2 + (1 if found.polynomials is not None else 0)
-    figure, grid = panels(rows, 2, height_in=0.6 + 3.1 * rows)
-    for axes, band in zip(grid.ravel(), bands, strict=False):
-        draw_law(axes, band, colour=AFTER, linewidth=1.8, label="model, ± one standard deviation")
-        frame_law(axes, band)
+    """Softening over opening and loss over slip; below, over a sensor's amplitude, the papers' polynomials."""
+    plots = [law_plot({"model": band}) for band in file_law_bands(found, evidence)]
     if found.polynomials is not None:
-        fits = {**found.polynomials.levels, "all levels": found.polynomials.together}
-        colours = [level_colour(i + 1) for i in range(len(fits) - 1)] + [INK]
-        seen = law_in_lowest_mode(evidence, found)
-        X = 1e3 * seen.amplitude_m
-        for axes, quantity in zip(grid[-1], ("softening", "loss"), strict=True):
-            value, std = 1e-6 * seen.value[quantity], 1e-6 * seen.std[quantity]
-            draw_band(axes, X, value, std, colour=AFTER, linewidth=1.8)
-            log_ticks(axes)
-            for (name, fit), colour in zip(fits.items(), colours, strict=True):
-                _polynomial(axes, fit, quantity, seen.amplitude_m[0], colour=colour, label=f"polynomials, {name}")
-            top, bottom = max(0.0, float(np.nanmax(value + std))), min(0.0, float(np.nanmin(value - std)))
-            axes.set_ylim(bottom - 0.08 * (top - bottom), top + 0.08 * (top - bottom))
-            function = {"softening": "g1(X)", "loss": "g2(X)"}[quantity]
-            dressed(
-                axes, title=f"{quantity} as mode {seen.number} sees it: {function}",
-                xlabel=f"amplitude X at {evidence.channels[evidence.reference]}, mm",
-                ylabel=f"{function}, N/mm²",
-            )  # fmt: skip
-    legend(figure, [unmeasured_entry()], columns=3)
-    return figure
+        plots += _polynomial_plots(found, found.polynomials, evidence)
+    return plots_figure(plots, columns=2, height_in=3.1)
+
+
+def _polynomial_plots(found: Identified, polynomials: Polynomials, evidence: MeasuredData) -> list[Plot]:
+    """Each level's polynomials over the amplitudes that they hold for, beside the law as the lowest mode sees it."""
+    fits = {**polynomials.levels, "all levels": polynomials.together}
+    colours = [level_colour(i + 1) for i in range(len(fits) - 1)] + [INK]
+    seen = law_in_lowest_mode(evidence, found)
+    plots = []
+    for quantity, function in (("softening", "g1(X)"), ("loss", "g2(X)")):
+        value, std = 1e-6 * seen.value[quantity], 1e-6 * seen.std[quantity]
+        curves = [Curve("model", 1e3 * seen.amplitude_m, value, AFTER, legend=True, std=std)]
+        for (name, fit), colour in zip(fits.items(), colours, strict=True):
+            X = np.geomspace(min(seen.amplitude_m[0], 0.5 * fit.largest_amplitude_m), fit.largest_amplitude_m, 80)
+            g = fit.softening_at(X) if quantity == "softening" else fit.loss_at(X)
+            curves.append(Curve(f"polynomials, {name}", 1e3 * X, 1e-6 * g, colour, "dashed", 1.5, legend=True))
+        across = f"amplitude X at {evidence.channels[evidence.reference]}, mm"
+        x = Axis.over(across, [curve.x for curve in curves], log=True, margin=0.0)
+        y = Axis.over(f"{function}, N/mm²", [np.zeros(1), value - std, value + std], margin=0.08)
+        plots.append(Plot(title=f"{quantity} as mode {seen.number} sees it: {function}", x=x, y=y, curves=curves))
+    return plots
 
 
 def file_law_bands(found: Identified, evidence: MeasuredData) -> tuple[LawBand, ...]:
@@ -276,41 +276,22 @@ def file_law_bands(found: Identified, evidence: MeasuredData) -> tuple[LawBand, 
     return tuple(bands)
 
 
-def _polynomial(axes: Axes, fit: PolynomialFit, quantity: str, smallest_m: float, *, colour: str, label: str) -> None:
-    """One fit over the amplitudes that it holds for."""
-    X = np.geomspace(min(smallest_m, 0.5 * fit.largest_amplitude_m), fit.largest_amplitude_m, 80)
-    value = fit.softening_at(X) if quantity == "softening" else fit.loss_at(X)
-    axes.plot(1e3 * X, 1e-6 * value, color=colour, linestyle="--", linewidth=1.2, label=label)
-
-
 def strength_figure(fit: PolynomialFit) -> Figure:
     """The L-curve of the first iteration, its cross-validation, and the residual as the iterations went on."""
-    curve = fit.l_curve
-    figure, ((left, middle, right),) = panels(1, 3, height_in=3.3)
-    marks = (("corner", curve.corner, BEFORE, "o"), ("least cross-validation", curve.cross_validated, AFTER, "s"))
-    left.loglog(curve.residual_norm, curve.solution_norm, color=INK, linewidth=1.3)
-    middle.loglog(curve.strength, curve.cross_validation, color=INK, linewidth=1.3)
-    for name, strength, colour, marker in marks:
-        at, label = int(np.argmin(np.abs(curve.strength - strength))), f"{name}: λ = {strength:.2g}"
-        left.plot(curve.residual_norm[at], curve.solution_norm[at], marker, color=colour, markersize=7, label=label)
-        middle.plot(strength, curve.cross_validation[at], marker, color=colour, markersize=7)
-    dressed(left, title="L-curve", xlabel="norm of the residual", ylabel="norm of the solution")
-    dressed(middle, title="cross-validation", xlabel="strength λ", ylabel="left-out error, squared")
-    costs = [step.cost for step in fit.history]
-    right.semilogy(range(len(costs)), costs, color=INK, marker="o", markersize=4, linewidth=1.3)
-    dressed(right, title="iterations", xlabel="iteration", ylabel="norm of the residual")
-    for axis in (left.xaxis, left.yaxis, middle.xaxis, middle.yaxis, right.yaxis):
-        _few_ticks(axis)
-    right.xaxis.set_major_locator(MaxNLocator(6, integer=True))
-    legend(figure)
-    return figure
-
-
-def _few_ticks(axis: Axis) -> None:
-    """Round numbers on a logarithmic axis; powers of ten alone may leave it bare."""
-    low, high = axis.get_view_interval()
-    if high < 20 * low:
-        axis.set_major_locator(MaxNLocator(4))
-        axis.set_major_formatter("{x:g}")
-    else:
-        axis.set_major_locator(LogLocator(numticks=5))
+    curve, plots = fit.l_curve, []
+    marks = (("corner", curve.corner, BEFORE), ("least cross-validation", curve.cross_validated, AFTER))
+    for title, across, up, x, y in (
+        ("L-curve", "norm of the residual", "norm of the solution", curve.residual_norm, curve.solution_norm),
+        ("cross-validation", "strength λ", "left-out error, squared", curve.strength, curve.cross_validation),
+    ):
+        curves = [Curve("", x, y, INK, size=1.6)]
+        for name, strength, colour in marks:
+            at = [int(np.argmin(np.abs(curve.strength - strength)))]
+            curves.append(Curve(f"{name}: λ = {strength:.2g}", x[at], y[at], colour, "point", 6.0, legend=True))
+        plots.append(Plot.over(title, across, up, curves, log="xy"))
+    costs = np.array([step.cost for step in fit.history])
+    curves = [
+        Curve("", np.arange(len(costs)), costs, INK, kind, size) for kind, size in (("line", 1.6), ("point", 3.6))
+    ]
+    plots.append(Plot.over("iterations", "iteration", "norm of the residual", curves, log="y"))
+    return plots_figure(plots, columns=3, height_in=2.7)
