@@ -19,7 +19,7 @@ from twin.rehearsal import NominalRig, rehearse
 from twin.rigs import load_rig
 from twin.views.live.about import LiveAbout
 from twin.views.live.view import LiveView
-from twin.views.rerun.mode import SLOW_MOTION
+from twin.views.rerun.motion import SLOW_MOTION
 from twin.views.rerun.viewer import headless_viewer, save_picture
 
 LIVE_STEP = 105
@@ -52,7 +52,7 @@ def _draw_live(recording: Path, picture: Path) -> None:
 
         def on_step(step: StepResult) -> None:
             measured.append(step)
-            watch.result(step)
+            watch.show(step)
             if len(measured) == LIVE_STEP:
                 save_picture(viewer, picture)
 

@@ -98,7 +98,7 @@ def command(
             try:
                 with watched(watch, about) as shown:
                     if procedure is None:
-                        state, reason = _record(shown.acquisition(acquisition), shown.sink(sink), seconds)
+                        state, reason = _record(shown.over(acquisition), shown.over(sink), seconds)
                         ended: dict[str, Any] = {"state": state, "reason": reason, "steps": 0}
                     else:
                         result = _run(procedure, acquisition, sink, shown)
@@ -207,11 +207,9 @@ def _run(procedure: Procedure, acquisition: RigAcquisition, sink: _CountingSink,
             on_time(passed)
             if single_s is None:
                 bar.advance(task)
-            shown.result(step)
+            shown.show(step)
 
-        result = run_procedure(
-            procedure, shown.acquisition(acquisition), shown.sink(sink), progress=on_time, on_step=on_step
-        )
+        result = run_procedure(procedure, shown.over(acquisition), shown.over(sink), progress=on_time, on_step=on_step)
     for event in acquisition.take_events():  # what ended the run may have been noticed after its last sample
         sink.write_event(replace(event, time_ns=sink.end_ns))
     return result

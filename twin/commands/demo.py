@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import secrets
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from rich.table import Table
 
 from recordings.beside import temporary_folder
 from recordings.errors import InputError
 from recordings.staging import staged_folder
 from twin.commands.common.options import FILE, causes_option, json_option, overwrite_option
-from twin.commands.common.output import print_json, say, write_json
+from twin.commands.common.output import console, print_json, say, write_json
 from twin.commands.common.served import ServedRig, ServedRigError
 from twin.commands.common.stages import Stages
-from twin.commands.demo_ending import tell_result
 
 if TYPE_CHECKING:
     from drivers.host import RigAcquisition
@@ -70,7 +71,7 @@ def command(out: Path | None, seed: int | None, cause: str | None, overwrite: bo
         write_json(result, folder / RESULT)
     if as_json:
         print_json(result)
-    tell_result(result, out)
+    _tell(result, out)
     return int(not result["found"]["explains"])
 
 
@@ -207,3 +208,37 @@ def _report(found: Diagnosis, case: DemoCase, seed: int, out: Path, stages: Stag
             "extended_model": found.extended_model, "truth": TRUTH,
         },
     }  # fmt: skip
+
+
+def _tell(result: Mapping[str, Any], out: Path) -> None:
+    """Print the ending of a demonstration whose results lie in `out`."""
+    found = result["found"]
+    table = Table.grid(padding=(0, 2))
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    rows = {"hidden": _hidden(**result["hidden"]), "found": found["answer"]}
+    if found["gain"]:
+        rows["gain"] = _gain(found["gain"])
+    rows |= {name: str(out / result["files"][name]) for name in ("report", "recording", "view")}
+    for name, text in rows.items():
+        table.add_row(name, text)
+    console.print()
+    console.print(table)
+    stages = ", ".join(f"{name} {seconds:.0f} s" for name, seconds in result["stages_s"].items())
+    say(f"\n{result['seconds']:.0f} s in all ({stages}); the rest is in {out}")
+
+
+def _hidden(cause: str, parameters: Mapping[str, float | str]) -> str:
+    values = ", ".join(f"{k} {v}" if isinstance(v, str) else f"{k} {v:.4g}" for k, v in parameters.items())
+    return f"{cause} ({values})" if values else cause
+
+
+def _gain(gain: dict[str, Any]) -> str:
+    before, after, noise_floor = (gain["held_out"][name] for name in ("before", "after", "noise_floor"))
+    fold = before / max(after, 1e-12)
+    told = f"{fold:.1f} times smaller" if fold > 1.05 else "as it was"
+    what = " (fundamental and second harmonic)" if len(gain["by_harmonic"]) > 1 else ""
+    return (
+        f"error on the held-out sweep{what} {100 * before:.2g} % before, {100 * after:.2g} % after: {told} "
+        f"(noise floor {100 * noise_floor:.2g} %)"
+    )

@@ -71,7 +71,7 @@ def command(
         if table is not None:
             _write_table(test.found.fit, table)
         if drawn is not None:
-            from twin.views.stabilisation import stabilisation_figure
+            from twin.views.modal_figures import stabilisation_figure
 
             stabilisation_figure(test.found).savefig(drawn, format="png", dpi=150)
         if page is not None:

@@ -131,8 +131,7 @@ class _Job:
         from twin.rehearsal import NominalRig, rehearse, rehearse_until_clear, result_table
         from twin.rigs.assumed import assumed
         from twin.views.live.about import LiveAbout
-        from twin.views.reports.rehearsal import rehearsal_page
-        from twin.views.reports.rehearsal_noise import noise_sentence
+        from twin.views.reports.rehearsal import noise_sentence, rehearsal_page
 
         asked, rig, source = self.prepare()
         preload = rig.preload_name(self.preload)
@@ -150,7 +149,7 @@ class _Job:
 
             def on_step(step: StepResult) -> None:
                 meter.step(step)
-                watch.result(step)
+                watch.show(step)
 
             first = rehearse(
                 asked, source, self.written / "run.mcap", nominal=nominal, on_step=on_step, progress=meter.time,

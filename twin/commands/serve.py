@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from recordings.errors import InputError, blamed_on
 from twin.commands.common.options import causes_option, json_option, laws_option
-from twin.commands.common.serving import address_options, serve_source
+from twin.commands.common.serving import Serving, address_options, serve_source
 
 if TYPE_CHECKING:
     from recordings.streams import SampleSource
@@ -39,8 +39,8 @@ _NEWTON = re.compile(r"\d+(\.\d+)?N")
 @laws_option
 @json_option
 def command(
-    rig_name: str, preload: str | None, drive: str | None, hammer: str | None, seed: int, meter: str | None,
-    **options: Any,
+    rig_name: str, preload: str | None, drive: str | None, hammer: str | None, meter: str | None, serving: Serving,
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Serve the virtual instruments of a rig over serial, TCP and CAN, until SIGINT or SIGTERM.
 
@@ -53,7 +53,7 @@ def command(
     from twin.rigs import known_preload, load_rig
 
     rig = load_rig(rig_name).driven_by(drive)
-    name = known_preload(rig, preload)
+    name, seed = known_preload(rig, preload), serving.seed
     hits = load_procedure(hammer) if hammer is not None else None
     if hammer is not None and not isinstance(hits, Impact):
         raise InputError(hammer, "procedure", "is no impact test", "give one of hits, or leave --hammer out")
@@ -70,7 +70,7 @@ def command(
             return open_bench(rig, preload=name, seed=seed)
 
     slow = JointMeter(rig, name) if meter is not None else None
-    serve_source(open_source, origin="simulated", seed=seed, meter=meter, slow=slow, **options)
+    serve_source(open_source, serving, origin="simulated", as_json=as_json, meter=meter, slow=slow)
 
 
 class JointMeter:

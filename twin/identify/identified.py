@@ -72,7 +72,7 @@ def identify_rig(evidence: MeasuredData, *, report: Callable[[str], None] = lamb
     return Identified(
         rig=updated_rig(evidence, model, solution),
         preload=evidence.preload,
-        linear=_linear(free.baseline, free.solution, model),
+        linear=linear_estimates(free.baseline, free.solution, model),
         baseline=model,
         solution=solution,
         chi2_per_dof=solution.chi2 / dof,
@@ -87,10 +87,14 @@ def _held(baseline: BaselineParameters) -> list[int]:
     return [int(i) for name in ("loss_E", "frequency_discrepancy") for i in every[baseline.blocks[name]]]
 
 
-def _linear(
+def linear_estimates(
     free: BaselineParameters, solution: Solution, model: BaselineParameters
 ) -> dict[str, Estimate | list[Estimate]]:
-    std = free.blocks.unpack(np.sqrt(np.diag(solution.covariance)))
+    """What a `model` has of the linear parameters, with the standard deviations of a fit where more of them are `free`.
+
+    As :attr:`Identified.linear`.
+    """
+    std = free.blocks.unpack(np.sqrt(np.maximum(np.diag(solution.covariance), 0.0)))
     base = model.base
     linear: dict[str, Estimate | list[Estimate]] = {}
     for name, values, errors in (

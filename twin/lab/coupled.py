@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from recordings.errors import InputError
@@ -22,7 +23,8 @@ from twin.substructuring import (
     predict,
 )
 from twin.substructuring.limits import LIMITS
-from twin.views.coupled_figure import coupled_figure
+from twin.views.drawing import draw_band, dressed, legend, panels
+from twin.views.style import AFTER, BEFORE, MEASURED
 from twin.views.table import Table
 
 __all__ = ["CoupledResponses", "couple"]
@@ -84,8 +86,25 @@ class CoupledResponses(Shown):
         return [parts, Table(caption="Joints", head=head, rows=rows, numbers=(3, 4, 5))]
 
     def plot(self) -> Figure:
-        """Predicted and measured responses."""
-        return coupled_figure(self.parts, self.predicted, self.fit)
+        """Magnitudes of each sensor's response over the first drive's force, predicted with one standard deviation."""
+        predicted, fit = self.predicted, self.fit
+        sensors = [sensor.channel for sensor in self.parts.rig.response_sensors]
+        figure, axes = panels(len(sensors), 1, height_in=0.5 + 2.2 * len(sensors), sharex=True)
+        for number, (name, each) in enumerate(zip(sensors, axes[:, 0], strict=True)):
+            if fit is not None:
+                f = fit.before.frequency_Hz
+                each.plot(f, np.abs(fit.measured[:, number, 0]), ".", color=MEASURED, markersize=2.5, label="measured")
+                each.plot(
+                    f, np.abs(fit.before.H[:, number, 0]), color=BEFORE, linewidth=0.8, label="joints of the file"
+                )
+            label = "predicted" if fit is None else "joints identified"
+            magnitude, std = np.abs(predicted.H[:, number, 0]), predicted.std[:, number, 0]
+            draw_band(each, predicted.frequency_Hz, magnitude, std, colour=AFTER, linewidth=0.9, label=label)
+            each.set_yscale("log")
+            dressed(each, ylabel=f"|{name} / force|, SI units")
+        axes[-1, 0].set_xlabel("frequency, Hz")
+        legend(figure)
+        return figure
 
     def to_dict(self) -> dict[str, Any]:
         """As the command prints it with ``--json``."""

@@ -117,7 +117,7 @@ class DiagnosedRecordings(FitPictures, DiagnosedModel):
         if not self.diagnosis.held_out:
             raise ValueError("no sweeps were held out")
         evidence, models, _ = self._fit()
-        return sweeps_figure(evidence, self.diagnosis.held_out, kinds=["measured", *models])
+        return sweeps_figure(evidence, self.diagnosis.held_out, kinds=list(models))
 
     def plot_law(self) -> Figure:
         """The joint's law, before and after."""

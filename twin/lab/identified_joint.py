@@ -33,16 +33,18 @@ from twin.views.reports.fit_sections import (
     residuals_picture,
     sweeps_picture,
 )
-from twin.views.reports.identified_figures import file_law_bands, identified_law_figure, strength_figure
-from twin.views.reports.identified_tables import (
+from twin.views.reports.identified import (
     Determined,
     determined,
     determined_table,
+    file_law_bands,
+    identified_law_figure,
     law_table,
     left_out_table,
     parameter_table,
     polynomial_table,
     residual_table,
+    strength_figure,
 )
 from twin.views.style import AFTER, CAUTION
 from twin.views.table import Table
@@ -143,7 +145,7 @@ class IdentifiedJoint(FitPictures, IdentifiedModel):
                     sweeps_picture(
                         evidence, self._sweeps, kinds=("model",), caption="Measured (points) and model (lines)"
                     ),
-                    residuals_picture(self._sweeps, kinds=("model",)),
+                    residuals_picture(evidence, self._sweeps, kinds=("model",)),
                 ],
             )
         yield broadband_section(evidence, {"model": found})

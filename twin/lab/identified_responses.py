@@ -5,7 +5,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from recordings.errors import InputError
@@ -15,12 +14,10 @@ from twin.identify.responses.modal_tables import update_to_modes
 from twin.identify.responses.updating import Updated, update_rig
 from twin.lab.model_result import IdentifiedModel
 from twin.rigs import Rig
-from twin.views.drawing import dressed, legend, panels
-from twin.views.figures import draw_measured
+from twin.views.figures import plots_figure
 from twin.views.page import Page, Picture, Section
-from twin.views.receptance import response_label
+from twin.views.plots import response_plots
 from twin.views.reports.answer import estimate_text, frequencies_table, sentences
-from twin.views.style import AFTER
 from twin.views.table import Table
 
 
@@ -77,16 +74,9 @@ class IdentifiedResponses(IdentifiedModel):
         """Measured and modelled responses of one case."""
         assert self.found.found is not None
         evidence = self.found.found.evidence
-        data = evidence.broadband[index]
-        figure, (row,) = panels(1, len(data.channels), height_in=3.2)
-        predicted = np.abs(self.found.predicted(index))
-        for o, (axes, channel) in enumerate(zip(row, data.channels, strict=True)):
-            draw_measured(axes, data.frequency_Hz, np.abs(data.H[:, o]))
-            axes.semilogy(data.frequency_Hz, predicted[:, o], color=AFTER, label="updated model", linewidth=0.9)
-            label = response_label(channel, evidence.units[channel])
-            dressed(axes, title=channel, xlabel="frequency, Hz", ylabel=label)
-        legend(figure)
-        return figure
+        predicted = {"model": self.found.predicted(index)}
+        plots, _ = response_plots(evidence.broadband[index], evidence.units, predicted)
+        return plots_figure(plots, columns=len(plots), height_in=2.6)
 
     def page(self) -> Page:
         """The report."""

@@ -17,7 +17,7 @@ from twin.lab.shown import Reported
 from twin.rigs.assumed import assumed
 from twin.rigs.store import AnyRig, save_rig
 from twin.views.curves import Fitted
-from twin.views.figures import broadband_figure, residuals_figure, sweeps_figure
+from twin.views.figures import broadband_figure, sweeps_figure
 from twin.views.rig_figure import modes_figure
 
 if TYPE_CHECKING:
@@ -85,13 +85,17 @@ class FitPictures(ABC):
 
     def plot_sweeps(self) -> Figure:
         """Receptances of the sweeps that were learnt from, measured and modelled."""
-        evidence, models, sweeps = self._fit()
-        return sweeps_figure(evidence, _some(sweeps), kinds=["measured", *models])
+        return self._sweeps_figure(residuals=False)
 
     def plot_residuals(self) -> Figure:
         """Residuals of these sweeps in standard deviations of their noise."""
-        _, models, sweeps = self._fit()
-        return residuals_figure(_some(sweeps), kinds=list(models))
+        return self._sweeps_figure(residuals=True)
+
+    def _sweeps_figure(self, *, residuals: bool) -> Figure:
+        evidence, models, sweeps = self._fit()
+        if not sweeps:
+            raise ValueError("nothing was measured by stepped sines")
+        return sweeps_figure(evidence, sweeps, kinds=list(models), residuals=residuals)
 
     def plot_broadband(self, index: int = 0) -> Figure:
         """Measured and modelled responses of one broadband run, and the errors beside the noise."""
@@ -104,9 +108,3 @@ class FitPictures(ABC):
         """Mode shapes of the accepted model's structure."""
         evidence, models, _ = self._fit()
         return modes_figure(evidence, list(models.values())[-1])
-
-
-def _some(sweeps: Sequence[SweepComparison]) -> Sequence[SweepComparison]:
-    if not sweeps:
-        raise ValueError("nothing was measured by stepped sines")
-    return sweeps

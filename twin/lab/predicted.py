@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from recordings import InputError
 from twin.diagnose.effects import left_out_effects, with_effects
+from twin.identify.backbones.drive_table import DriveTable
 from twin.identify.backbones.modal_prediction import ModalResponse, predict_forced, predict_held
 from twin.identify.forward.predict import RigPrediction, RigResponse, blank_data
 from twin.lab.shown import Shown
@@ -77,21 +78,20 @@ class PredictedResponse(Shown):
         return figure
 
 
-def predict_response(
-    rig: AnyRig,
+def asked_drive(
     frequency_Hz: Iterable[float],
-    *,
     force_N: float | Iterable[float] | None,
     acceleration_m_per_s2: float | Iterable[float] | None,
-    preload: str | None,
-    shaker: str | None = None,
-    channel: str | None = None,
-    source: str,
-) -> PredictedResponse:
-    """Predict the steady responses of a rig; `source` names it in errors."""
+) -> DriveTable:
+    """What is asked for as :meth:`twin.lab.rig.LabRig.predict` takes it.
+
+    Raises
+    ------
+    ValueError
+        If not just one of force and acceleration is given, or numbers are missing or not above zero.
+    """
     if (force_N is None) == (acceleration_m_per_s2 is None):
         raise ValueError("give either force_N or acceleration_m_per_s2")
-    held = force_N is None
     target = acceleration_m_per_s2 if force_N is None else force_N
     frequency = np.array(list(frequency_Hz), float)
     given = np.array(list(target) if isinstance(target, Iterable) else [target], float)
@@ -100,6 +100,16 @@ def predict_response(
         raise ValueError(f"{len(frequency)} frequencies, but {len(level)} values")
     if not (np.all(np.isfinite(frequency) & (frequency > 0)) and np.all(np.isfinite(level) & (level > 0))):
         raise ValueError("frequencies, forces and accelerations are finite and above zero")
+    return DriveTable(frequency, None if force_N is None else level, level if force_N is None else None)
+
+
+def predict_response(
+    rig: AnyRig, drive: DriveTable, *, preload: str | None, shaker: str | None, channel: str | None, source: str
+) -> PredictedResponse:
+    """Predict the steady responses of a rig; `source` names it in errors."""
+    held, frequency = drive.force_N is None, drive.frequency_Hz
+    level = drive.acceleration_m_per_s2 if drive.force_N is None else drive.force_N
+    assert level is not None
     name = "acceleration" if held else "force"
     if isinstance(rig, ModalRig):
         for what, chosen in (("preload", preload), ("shaker", shaker), ("channel", channel)):

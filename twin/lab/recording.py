@@ -15,7 +15,7 @@ from recordings.importing.extras import extra
 from twin.arrays import Array
 from twin.lab.shown import Shown
 from twin.views.extremes import extremes
-from twin.views.style import AFTER, level_colour, unit_text
+from twin.views.style import AFTER, unit_text
 from twin.views.table import Table
 
 if TYPE_CHECKING:
@@ -142,24 +142,13 @@ class Recording(Shown):
         ValueError
             If the run has no sine sweeps.
         """
-        from twin.views.drawing import dressed, legend, panels
-        from twin.views.receptance import per_force_label
+        from twin.views.figures import plots_figure
+        from twin.views.plots import stepped_plots
 
         if not self.sweeps:
             raise ValueError(f"{self.run.path} has no sine sweeps to plot")
-        channels = list(self.sweeps[0].receptance)
-        figure, (row,) = panels(1, len(channels), height_in=3.6)
-        for channel, axes in zip(channels, row, strict=True):
-            for i, sweep in enumerate(self.sweeps):
-                order = np.argsort(sweep.frequency_Hz, kind="stable")
-                size = sweep.receptance[channel][order]
-                style = {"markersize": 3.2, "color": level_colour(i), "label": sweep.name}
-                axes.plot(sweep.frequency_Hz[order], size, "o-", **style)
-            axes.set_ylim(bottom=0)
-            label = per_force_label(channel, self.run.channels[channel].quantity)
-            dressed(axes, title=channel, xlabel="frequency, Hz", ylabel=label)
-        legend(figure)
-        return figure
+        plots = [*stepped_plots(self.run, self.sweeps).values()]
+        return plots_figure(plots, columns=len(plots), height_in=3.0)
 
     def plot_samples(self, channel: str, *, start_s: float = 0.0, duration_s: float = float("inf")) -> Figure:
         """Samples of one channel against time since the device's first one.

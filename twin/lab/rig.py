@@ -356,11 +356,11 @@ class LabRig(Shown):
         ValueError
             If not just one of force and acceleration is given.
         """
-        from twin.lab.predicted import predict_response
+        from twin.lab.predicted import asked_drive, predict_response
 
+        drive = asked_drive(frequency_Hz, force_N, acceleration_m_per_s2)
         return predict_response(
-            self.file, frequency_Hz, force_N=force_N, acceleration_m_per_s2=acceleration_m_per_s2, preload=preload,
-            shaker=shaker, channel=channel, source=self.source,
+            self.file, drive, preload=preload, shaker=shaker, channel=channel, source=self.source
         )  # fmt: skip
 
     def _structure(self) -> Rig:

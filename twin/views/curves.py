@@ -247,12 +247,6 @@ def law_in_lowest_mode(evidence: MeasuredData, model: Fitted, *, points: int = 6
     )
 
 
-def about_each_resonance(sweeps: Sequence[SteppedSweep | SweepComparison]) -> list[list[int]]:
-    """Places of the sweeps about each resonance, from the lowest resonance to the highest."""
-    middle = np.array([np.median(sweep.frequency_Hz) for sweep in sweeps])
-    return [group.tolist() for group in by_resonance(middle)]
-
-
 def parted(sweep: SteppedSweep) -> list[SteppedSweep]:
     """One sweep through several resonances as one for each."""
     groups = by_resonance(sweep.frequency_Hz)
@@ -271,11 +265,12 @@ def parted(sweep: SteppedSweep) -> list[SteppedSweep]:
 
 
 def each_resonance(sweeps: Sequence[AnySweep]) -> Iterator[tuple[str, str, list[AnySweep]]]:
-    """The sweeps about each resonance behind what tells it apart: a path such as ``/1`` and a name such as ``155 Hz``.
+    """The sweeps about each resonance, the lowest first, behind what tells it apart.
 
-    Both are empty where there is but one.
+    A path such as ``/1`` and a name such as ``155 Hz``; both are empty where there is but one.
     """
-    groups = about_each_resonance(sweeps) if sweeps else []
+    middle = np.array([np.median(sweep.frequency_Hz) for sweep in sweeps])
+    groups = by_resonance(middle) if sweeps else []
     for number, group in enumerate(groups, 1):
         about = [sweeps[i] for i in group]
         name = f"{np.median(np.concatenate([sweep.frequency_Hz for sweep in about])):.3g} Hz"

@@ -4,7 +4,9 @@ import io
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
@@ -59,7 +61,7 @@ def dressed(axes: Axes, **labels: Any) -> None:
     axes.title.set_fontsize(10)
     axes.minorticks_off()
     if axes.get_xscale() == "linear":
-        axes.xaxis.set_major_locator(MaxNLocator(6))
+        axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
 
 
 def draw_band(axes: Axes, x: Array, value: Array, std: Array, *, colour: str, **style: Any) -> None:
@@ -68,11 +70,29 @@ def draw_band(axes: Axes, x: Array, value: Array, std: Array, *, colour: str, **
     axes.plot(x, value, color=colour, **style)
 
 
-def log_ticks(axes: Axes) -> None:
-    """Round numbers along a logarithmic horizontal axis."""
-    axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axes.xaxis.set_major_formatter("{x:g}")
+def log_ticks(axis: Axis) -> None:
+    """Round numbers along a logarithmic axis, which powers of ten alone may leave bare."""
+    low, high = axis.get_view_interval()
+    if high > 3000 * low:
+        axis.set_major_locator(LogLocator(numticks=6))
+    else:
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)) if high > 20 * low else MaxNLocator(4))
+        axis.set_major_formatter("{x:g}")
+
+
+def heat_map(
+    axes: Axes, shares: Array, texts: Array, *, rows: Sequence[str], columns: Sequence[str], rotation: int = 0
+) -> None:
+    """Shares of one (r, c) as colours, each cell with its text; what is NaN stays white."""
+    if shares.size:
+        axes.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    for (i, j), text in np.ndenumerate(texts):
+        if text:
+            colour = "white" if shares[i, j] > 0.5 else "black"
+            axes.text(j, i, str(text), ha="center", va="center", fontsize=8, color=colour)
+    axes.set_xticks(range(len(columns)), columns, rotation=rotation, fontsize=8)
+    axes.set_yticks(range(len(rows)), rows, fontsize=8)
+    axes.tick_params(length=0)
 
 
 def legend(figure: Figure, entries: Sequence[Any] = (), *, columns: int = 7) -> None:

@@ -1,6 +1,7 @@
-"""Pictures of a modal test: responses with phase and coherence, Nyquist circles, MAC, shapes over the model's."""
+"""Pictures of a modal test: responses, stabilisation chart, Nyquist circles, MAC, shapes over the model's."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -8,10 +9,13 @@ from matplotlib.ticker import MaxNLocator
 
 from twin.arrays import Array
 from twin.identify.modes.measured_modes import MeasuredModes
+from twin.identify.modes.stabilisation import stable_poles
 from twin.structure import drawn_parts, drawn_places
-from twin.views.drawing import WIDTH_IN, Drawing, dressed, entry, legend, panels
+from twin.views.drawing import WIDTH_IN, Drawing, dressed, entry, heat_map, legend, panels
+from twin.views.figures import draw_plot, plots_figure
+from twin.views.plot import Curve, Plot
 from twin.views.rig_figure import SENSOR, draw_mode, drawn_larger, extent, flat_parts, scatter
-from twin.views.style import AFTER, BEFORE, INK, MEASURED
+from twin.views.style import AFTER, BEFORE, INK, LEVELS, MEASURED, NOISE, level_colour
 
 HALF_WIDTHS = 8.0
 """How far a Nyquist circle goes about its resonance."""
@@ -46,33 +50,69 @@ def responses_figure(found: MeasuredModes) -> Figure:
     return figure
 
 
-def nyquist_figure(found: MeasuredModes) -> Figure:
-    """Each mode where it shows most: measured lines about its resonance, and the fit through them."""
-    modes = found.fit.modes
-    columns = min(4, max(1, len(modes)))
-    rows = max(1, -(-len(modes) // columns))
-    figure, axes = panels(rows, columns, height_in=2.4 * rows + 0.5)
-    for each in axes.flat[len(modes) :]:
-        each.set_visible(False)
-    for number, (mode, each) in enumerate(zip(modes, axes.flat[: len(modes)], strict=True), 1):
-        about, shown, curve = nyquist(found, number - 1)
-        each.plot(curve.real, curve.imag, color=AFTER, linewidth=0.9, label="fit")
-        each.plot(about.real, about.imag, ".", color=MEASURED, markersize=4, label="measured")
-        dressed(each, title=f"{number}: {mode.frequency_Hz:.5g} Hz, {found.outputs[shown]}")
-        each.set_aspect("equal", adjustable="datalim")
-        each.xaxis.set_major_locator(MaxNLocator(4))
-    legend(figure)
+def stabilisation_plot(found: MeasuredModes) -> Plot:
+    """Poles of fits of rising order, those that stay apart from those that do not, and the modes that were taken."""
+    chart, stable = found.fit.chart, set(stable_poles(found.fit.chart))
+    curves = []
+    for name, colour, size, poles in (
+        ("unstable", NOISE, 2.0, [pole for pole in chart if pole not in stable]),
+        ("stable in frequency and damping", AFTER, 3.0, [pole for pole in chart if pole in stable]),
+    ):
+        f, order = (np.array([getattr(pole, key) for pole in poles]) for key in ("frequency_Hz", "order"))
+        curves.append(Curve(name, f, order, colour, "point", size, legend=True))
+    top = np.array([0.0, max((pole.order for pole in chart), default=1)])
+    curves += [
+        Curve(f"mode {number}", np.full(2, mode.frequency_Hz), top, BEFORE, size=1.0)
+        for number, mode in enumerate(found.fit.modes, 1)
+    ]
+    told = [("modes", BEFORE, "line")]
+    return Plot.over("Stabilisation", "frequency, Hz", "order of the polynomials", curves, told=told)
+
+
+def stabilisation_figure(found: MeasuredModes) -> Figure:
+    """The stabilisation chart above the measured and fitted responses."""
+    figure, ((chart,), (curves,)) = panels(2, 1, height_in=6.0, sharex=True, height_ratios=(3, 2))
+    plot, frequency_Hz, few = stabilisation_plot(found), found.frequency_Hz, len(found.outputs) <= len(LEVELS)
+    draw_plot(chart, replace(plot, x=replace(plot.x, label="")))
+    chart.legend(loc="lower center", fontsize="small")
+    f = np.geomspace(frequency_Hz[0], frequency_Hz[-1], 4000)
+    f = np.sort(np.concatenate([f, frequency_Hz]))
+    model = np.abs(_fitted(found, f))
+    for o, name in enumerate(found.outputs):
+        label = name if few else None
+        curves.loglog(frequency_Hz, np.abs(found.H[:, o]), ".", markersize=3, color=level_colour(o), label=label)
+        curves.loglog(f, model[:, o], linewidth=0.8, color=INK, zorder=0)
+    curves.set(ylabel="response per force", xlabel="frequency (Hz)", xlim=frequency_Hz[[0, -1]])
+    if few:
+        curves.legend(loc="lower right", fontsize="small")
     return figure
 
 
-def nyquist(found: MeasuredModes, number: int) -> tuple[Array, int, Array]:
-    """Measured lines about a mode, of which output, and the fit there on a fine grid."""
-    mode = found.fit.modes[number]
-    half_Hz = mode.damping_ratio * mode.frequency_Hz + found.rate_per_s / (2 * np.pi)
-    near = np.abs(found.frequency_Hz - mode.frequency_Hz) < HALF_WIDTHS * half_Hz
-    shown = int(np.argmax(np.abs(mode.residues)))
-    fine = mode.frequency_Hz + HALF_WIDTHS * half_Hz * np.linspace(-1, 1, 201) ** 3
-    return found.H[near, shown], shown, _fitted(found, fine)[:, shown]
+def nyquist_plots(found: MeasuredModes) -> list[Plot]:
+    """Each mode where it shows most: measured lines about its resonance, and the fit through them on a fine grid."""
+    plots = []
+    for number, mode in enumerate(found.fit.modes, 1):
+        half_Hz = mode.damping_ratio * mode.frequency_Hz + found.rate_per_s / (2 * np.pi)
+        near = np.abs(found.frequency_Hz - mode.frequency_Hz) < HALF_WIDTHS * half_Hz
+        shown = int(np.argmax(np.abs(mode.residues)))
+        fine = mode.frequency_Hz + HALF_WIDTHS * half_Hz * np.linspace(-1, 1, 201) ** 3
+        about, fit = found.H[near, shown], _fitted(found, fine)[:, shown]
+        curves = [
+            Curve("fit", fit.real, fit.imag, AFTER, legend=True),
+            Curve("measured", about.real, about.imag, MEASURED, "point", 3.0, legend=True),
+        ]
+        title = f"{number}: {mode.frequency_Hz:.5g} Hz, {found.outputs[shown]}"
+        plots.append(Plot.over(title, "real part", "imaginary part", curves))
+    return plots
+
+
+def nyquist_figure(found: MeasuredModes) -> Figure:
+    """Circles of all modes, up to four in a row."""
+    figure = plots_figure(nyquist_plots(found), columns=4, height_in=2.4)
+    for axes in figure.axes:
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.xaxis.set_major_locator(MaxNLocator(4))
+    return figure
 
 
 def mac_figure(found: MeasuredModes) -> Figure:
@@ -81,13 +121,11 @@ def mac_figure(found: MeasuredModes) -> Figure:
     mac, Hz = found.beside.mac, found.beside.modelled.modes.frequency_Hz
     figure = Drawing(figsize=(WIDTH_IN, 0.42 * mac.shape[0] + 1.6), layout="constrained")
     axes = figure.subplots()
-    shown = axes.imshow(mac, cmap="Blues", vmin=0, vmax=1, aspect="auto")
-    for (r, m), value in np.ndenumerate(mac):
-        axes.text(m, r, f"{value:.2f}", ha="center", va="center", fontsize=8, color="white" if value > 0.6 else INK)
-    axes.set_xticks(range(mac.shape[1]), [f"{f:.5g}" for f in Hz[: mac.shape[1]]], fontsize=8)
-    axes.set_yticks(range(mac.shape[0]), [f"{mode.frequency_Hz:.5g}" for mode in found.fit.modes], fontsize=8)
+    measured, modelled = [mode.frequency_Hz for mode in found.fit.modes], Hz[: mac.shape[1]]
+    rows, columns = ([f"{f:.5g}" for f in each] for each in (measured, modelled))
+    heat_map(axes, mac, np.vectorize("{:.2f}".format)(mac), rows=rows, columns=columns)
     axes.set(xlabel="model, Hz", ylabel="measured, Hz")
-    figure.colorbar(shown, label="MAC")
+    figure.colorbar(axes.images[0], label="MAC")
     return figure
 
 

@@ -11,8 +11,7 @@ from twin.rehearsal import NominalRig, open_twin, rehearse, rehearse_until_clear
 from twin.rehearsal.noise import noise_tables
 from twin.rigs import load_rig
 from twin.structure.modelled_rig import modelled_rig
-from twin.views.reports.rehearsal import rehearsal_sentence
-from twin.views.reports.rehearsal_noise import noise_section, noise_sentence
+from twin.views.reports.rehearsal import noise_section, noise_sentence, rehearsal_sentence
 
 STEEL = load_rig("steel-lap-joint")
 WIDTH_Hz = 2 * STEEL.damping.modal_ratio[0] * modelled_rig(STEEL).modes.frequency_Hz[0]

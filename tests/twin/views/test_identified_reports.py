@@ -17,8 +17,7 @@ from twin.lab.identified_joint import IdentifiedJoint
 from twin.lab.identified_mode import IdentifiedMode
 from twin.lab.identified_moduli import IdentifiedModuli
 from twin.views import page as pages
-from twin.views.reports.identified_figures import file_law_bands
-from twin.views.reports.identified_tables import determined, law_table
+from twin.views.reports.identified import determined, file_law_bands, law_table
 
 BRAKE_REUSS = Path(__file__).parents[2] / "data" / "brake-reuss" / "response_control.csv"
 

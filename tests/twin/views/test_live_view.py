@@ -68,12 +68,12 @@ def view(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
     live = LiveView(about(branches=(branch,)), path)
     end_ns = 0
     for index, block in enumerate(blocks_of(run)[:4]):
-        live.step(end_ns, step(StepState.SETTLING, index))
-        live.block(block)
+        live.show(step(StepState.SETTLING, index), end_ns)
+        live.show(block)
         end_ns = block.time_ns + 10**9
-        live.result(end_ns, result_at(index))
-    live.event(end_ns, Event(time_ns=end_ns, source="acc1", kind="overload", detail="3 samples"))
-    live.step(end_ns, step(StepState.DONE, 3))
+        live.show(result_at(index), end_ns)
+    live.show(Event(time_ns=end_ns, source="acc1", kind="overload", detail="3 samples"), end_ns)
+    live.show(step(StepState.DONE, 3), end_ns)
     assert live.close()
     assert live.not_shown == 0
     return path
@@ -131,7 +131,7 @@ def test_axes_widen_when_a_step_falls_outside(tmp_path: Path) -> None:
     with recording_file(path) as recording:
         drawing = LiveDrawing(recording, about())
         for index in (0, 2):  # far below the resonance, then on it
-            drawing.draw([(0, "result", (index * 10**9, result_at(index)))])
+            drawing.draw([(0, index * 10**9, result_at(index))])
     found = columns(path)
     scales = found["/sweeps/axes/y"]
     assert len(scales["Points2D:labels"]) > 1
@@ -145,8 +145,8 @@ def test_what_was_not_shown_is_a_gap_and_is_counted(run: Run, tmp_path: Path) ->
     first, _, third, *_ = blocks_of(run)
     with recording_file(path) as recording:
         drawing = LiveDrawing(recording, about())
-        drawing.draw([(0, "block", first)])
-        drawing.draw([(1, "block", third)])
+        drawing.draw([(0, 0, first)])
+        drawing.draw([(1, 0, third)])
     found = columns(path)
     shown = np.array([row[0] for row in found["/signals/acc1"]["Scalars:scalars"] if row])
     assert np.isnan(shown[STEP + 1]), "the first sample after the gap does not join the last before it"
@@ -161,7 +161,7 @@ def test_noise_is_shown_by_its_spectrum(run: Run, tmp_path: Path) -> None:
     block = replace(blocks_of(run)[0], samples={"force": tone, "acc1": tone})
     procedure = Random(band=(5.0, 400.0), duration=10.0, rms=0.5, sample_rate=RATE_Hz)
     with recording_file(path) as recording:
-        LiveDrawing(recording, replace(about(), procedure=procedure)).draw([(0, "block", block)])
+        LiveDrawing(recording, replace(about(), procedure=procedure)).draw([(0, 0, block)])
     found = columns(path)
     (curve,) = found["/spectrum/force"]["LineStrips2D:strips"][-1]
     x, y = max(curve, key=lambda point: -point[1])
@@ -177,11 +177,11 @@ def test_the_run_never_waits_for_a_view_that_stands_still(
     block = blocks_of(run)[0]
     os.kill(live._process.pid or 0, signal.SIGSTOP)
     for _ in range(2000):  # were one of them waited for, this test would not end
-        live.block(block)
+        live.show(block)
     # One block may have been on its way when the process was stopped.
     assert 2000 - ROOM_BLOCKS - 1 <= live.not_shown <= 2000 - ROOM_BLOCKS
     lost = live.not_shown
-    live.result(10**9, result_at(0))
+    live.show(result_at(0), 10**9)
     assert live.not_shown == lost, "steps find room where blocks do not"
     assert not live.close()
     assert not live._process.is_alive()
@@ -192,7 +192,7 @@ def test_a_view_whose_process_dies_does_not_end_the_run(run: Run, tmp_path: Path
     live = LiveView(about(), tmp_path / "gone.rrd")
     os.kill(live._process.pid or 0, signal.SIGKILL)
     for block in blocks_of(run):
-        live.block(block)
+        live.show(block)
     assert not live.close()
 
 

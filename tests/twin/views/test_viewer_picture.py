@@ -16,7 +16,7 @@ from twin.procedures import SteppedSine, StepResult
 from twin.views.live.about import LiveAbout
 from twin.views.live.view import LiveView
 from twin.views.rerun.diagnosis import save_diagnosis
-from twin.views.rerun.mode import SLOW_MOTION
+from twin.views.rerun.motion import SLOW_MOTION
 from twin.views.rerun.viewer import headless_viewer, save_picture
 
 pytestmark = [
@@ -52,13 +52,13 @@ def test_the_viewer_shows_a_sweep_as_it_grows(tmp_path: Path) -> None:
         blue = []
         for index, frequency in enumerate(FREQUENCIES_Hz):
             acceleration = (2 * np.pi * frequency) ** 2 * sdof_receptance(frequency) * 2.0
-            view.result(
-                (index + 1) * 10**9,
+            view.show(
                 StepResult(
                     sweep="2N-up", index=index, frequency_Hz=frequency, target_channel="force", target_amplitude=2.0,
                     voltage_V=1.0, amplitude=2.0, settle_s=0.5, measure_s=0.5,
                     phasors={"force": 2.0 + 0j, "acc1": acceleration},
                 ),
+                (index + 1) * 10**9,
             )  # fmt: skip
             if index in (0, len(FREQUENCIES_Hz) - 1):
                 save_picture(viewer, picture)

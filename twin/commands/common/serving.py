@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from functools import wraps
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
@@ -63,45 +65,72 @@ _OPTIONS = [
 ]  # fmt: skip
 
 
+@dataclass(frozen=True, kw_only=True)
+class Serving:
+    """How the instruments behave, and where they listen."""
+
+    seed: int
+    speed: str
+    faults: tuple[str, ...]
+    watchdog: float
+    idle: float
+    drive_limit: float
+    can_channels: str
+    instruments_out: Path | None
+    overwrite: bool
+    addresses: Mapping[str, Any]
+    """Of :class:`drivers.virtual.Addresses`."""
+
+
 def address_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Options that say where the instruments listen and how they behave; passed on to :func:`serve_source`."""
+    """Options that say where the instruments listen and how they behave, as the argument `serving`."""
+    behaviour = [field.name for field in fields(Serving) if field.name != "addresses"]
+    where = ("serial", "tcp", "can", "can_frames", "bitrate", "data_bitrate", "baud")
+
+    @wraps(function)
+    def gathered(*arguments: Any, **given: Any) -> Any:
+        own = {name: given.pop(name) for name in behaviour}
+        serving = Serving(**own, addresses={name: given.pop(name) for name in where})
+        return function(*arguments, serving=serving, **given)
+
     for option in reversed([*_OPTIONS, overwrite_option]):
-        function = option(function)
-    return function
+        gathered = option(gathered)
+    return gathered
 
 
 def serve_source(
-    open_source: Callable[[], SampleSource], *, origin: str, seed: int, speed: str, faults: tuple[str, ...],
-    watchdog: float, idle: float, drive_limit: float, can_channels: str, instruments_out: Path | None, overwrite: bool,
-    as_json: bool, slow: SlowSource | None = None, **addresses: Any,
+    open_source: Callable[[], SampleSource], serving: Serving, *, origin: str, as_json: bool, meter: str | None,
+    slow: SlowSource | None,
 ) -> None:  # fmt: skip
     """Open a source and serve it until SIGINT or SIGTERM, telling the addresses as JSON lines when they are ready.
 
     SIGUSR1 is the emergency stop: the generator's output to zero, every stream ended, until a client clears it.
 
-    `origin` is what a recording made from it is: simulated or replayed; `slow` is what a slow meter reads, `addresses`
-    go to :class:`drivers.virtual.Addresses`.  InputError if an option cannot be used.
+    `origin` is what a recording made from it is: simulated or replayed; `meter` is where a slow meter listens, `slow`
+    what it reads.  InputError if an option cannot be used.
     """
     from drivers.virtual import Addresses, Protection, VirtualRig, parse_fault
 
-    check_writable(instruments_out, overwrite=overwrite)
+    check_writable(serving.instruments_out, overwrite=serving.overwrite)
     told_to_stop: list[int] = []
 
     def stop(number: int, frame: FrameType | None) -> None:
         told_to_stop.append(number)
 
-    first, second = _parse_can_channels(can_channels)
-    where = Addresses(can_channels=first, second_can_channels=second, **addresses)
-    multiple, parsed_faults = _parse_speed(speed), [parse_fault(fault) for fault in faults]
+    first, second = _parse_can_channels(serving.can_channels)
+    where = Addresses(can_channels=first, second_can_channels=second, meter=meter, **serving.addresses)
+    multiple, parsed_faults = _parse_speed(serving.speed), [parse_fault(fault) for fault in serving.faults]
     rig = VirtualRig(
-        open_source(), where, origin=origin, speed=multiple, faults=parsed_faults, seed=seed, renew=open_source,
-        slow=slow, protection=Protection(watchdog_s=watchdog, idle_s=idle, drive_limit_V=drive_limit),
+        open_source(), where, origin=origin, speed=multiple, faults=parsed_faults, seed=serving.seed, renew=open_source,
+        slow=slow, protection=Protection(
+            watchdog_s=serving.watchdog, idle_s=serving.idle, drive_limit_V=serving.drive_limit
+        ),
     )  # fmt: skip
     previous = {number: signal.signal(number, stop) for number in ASKED}
     previous[signal.SIGUSR1] = signal.signal(signal.SIGUSR1, lambda *_: rig.stop_at_once("signal"))
     try:
-        if instruments_out is not None:
-            with whole_file(instruments_out) as part:
+        if serving.instruments_out is not None:
+            with whole_file(serving.instruments_out) as part:
                 part.write_text(rig.instruments_toml, encoding="utf-8")
         if as_json:
             click.echo(json.dumps({"devices": rig.ready}))

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from twin.rigs import Rig
     from twin.views.live.about import LiveAbout
     from twin.views.live.view import LiveView
+
+
+Watched = TypeVar("Watched")
 
 
 def view_options(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -88,39 +91,21 @@ class Watch:
         """What found no room in the fullest view."""
         return max((view.not_shown for view in self._views), default=0)
 
-    def acquisition(self, acquisition: Acquisition) -> Acquisition:
-        """The same acquisition, its blocks shown."""
-        return cast(Acquisition, _WatchedAcquisition(acquisition, self)) if self._views else acquisition
-
-    def sink(self, sink: RunSink) -> RunSink:
-        """The same sink, its steps and events shown."""
-        return cast("RunSink", _WatchedSink(sink, self)) if self._views else sink
+    def over(self, inner: Watched) -> Watched:
+        """The same acquisition or sink, its blocks, steps and events shown."""
+        return cast(Watched, _Watched(inner, self.show)) if self._views else inner
 
     def both(self, acquisition: Acquisition, sink: RunSink) -> tuple[Acquisition, RunSink]:
         """Acquisition and sink, as a rehearsal takes them."""
-        return self.acquisition(acquisition), self.sink(sink)
+        return self.over(acquisition), self.over(sink)
 
-    def block(self, block: SampleBlock) -> None:
-        """Show samples."""
-        self._latest_ns = max(self._latest_ns, block.time_ns + round(len(block) * 1e9 / block.sample_rate_Hz))
+    def show(self, what: SampleBlock | Step | StepResult | Event) -> None:
+        """Show samples, that a step's state begins, a measured step, or what happened."""
+        if isinstance(what, SampleBlock):
+            self._latest_ns = max(self._latest_ns, what.time_ns + round(len(what) * 1e9 / what.sample_rate_Hz))
         for view in self._views:
-            view.block(block)
-
-    # The file's time may leave out the waits: what happens is shown at the time of the latest samples instead.
-    def step(self, step: Step) -> None:
-        """Show that a step's state begins."""
-        for view in self._views:
-            view.step(self._latest_ns, step)
-
-    def event(self, event: Event) -> None:
-        """Show what happened."""
-        for view in self._views:
-            view.event(self._latest_ns, event)
-
-    def result(self, result: StepResult) -> None:
-        """Show a measured step."""
-        for view in self._views:
-            view.result(self._latest_ns, result)
+            # The file's time may leave out the waits: what happens is shown at the time of the latest samples instead.
+            view.show(what, self._latest_ns)
 
 
 @contextmanager
@@ -171,32 +156,24 @@ def known_branches(rig: Rig, preload: str | None, procedure: Procedure) -> list[
 
 
 class _Watched:
-    """Hands on whatever is asked of it to what it stands before; subclasses show what passes."""
+    """An acquisition, or a sink, that hands on whatever is asked of it and shows what passes."""
 
-    def __init__(self, inner: Any, watch: Watch) -> None:
-        self._inner, self._watch = inner, watch
+    def __init__(self, inner: Any, show: Callable[[Any], None]) -> None:
+        self._inner, self._show = inner, show
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._inner, name)
 
-
-class _WatchedAcquisition(_Watched):
-    """An acquisition whose blocks are shown as they are read."""
-
-    def read(self, *, timeout_s: float = 2.0) -> Sequence[SampleBlock]:
-        blocks: Sequence[SampleBlock] = self._inner.read(timeout_s=timeout_s)
+    def read(self, **options: Any) -> Sequence[SampleBlock]:
+        blocks: Sequence[SampleBlock] = self._inner.read(**options)
         for block in blocks:
-            self._watch.block(block)
+            self._show(block)
         return blocks
-
-
-class _WatchedSink(_Watched):
-    """A sink whose steps and events are shown as they are written."""
 
     def write_step(self, step: Step) -> None:
         self._inner.write_step(step)
-        self._watch.step(step)
+        self._show(step)
 
     def write_event(self, event: Event) -> None:
         self._inner.write_event(event)
-        self._watch.event(event)
+        self._show(event)

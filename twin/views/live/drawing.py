@@ -9,12 +9,11 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from recordings.errors import printable
-from recordings.run import Event, SampleBlock, Step, StepState
+from recordings.run import SampleBlock, Step, StepState
 from twin.procedures import StepResult
 from twin.views.extremes import extremes
 from twin.views.live.about import LiveAbout
-from twin.views.live.ranges import RangeUse
-from twin.views.live.spectrum import LiveSpectrum
+from twin.views.live.channels import LiveSpectrum, RangeUse
 from twin.views.live.sweeps import HarmonicsChart, SweepChart, stepped
 from twin.views.receptance import farthest_response
 from twin.views.rerun.rrd import TIME, entity, log_line, log_samples, log_series, log_view, send_layout
@@ -45,21 +44,23 @@ class LiveDrawing:
             self._spectrum = LiveSpectrum(recording, about.channels)
         self._begin()
 
-    def draw(self, items: Sequence[tuple[int, str, Any]]) -> None:
-        """Draw what has come: how much was not shown until then, its kind, and itself."""
+    def draw(self, items: Sequence[tuple[int, int, Any]]) -> None:
+        """Draw what has come: how much was not shown until then, when it was, and itself."""
         blocks: dict[str, list[SampleBlock]] = {}
-        for not_shown, kind, what in items:
+        for not_shown, time_ns, what in items:
             self._lose(not_shown)
-            if kind == "block":
+            if isinstance(what, SampleBlock):
                 blocks.setdefault(what.device, []).append(what)
                 self._pass(what.time_ns)
                 self._pass(what.time_ns + round(len(what) * 1e9 / what.sample_rate_Hz))
-            elif kind == "step":
-                self._step(*what)
-            elif kind == "result":
-                self._result(*what)
+                continue
+            self._pass(time_ns)
+            if isinstance(what, Step):
+                self._step(what)
+            elif isinstance(what, StepResult):
+                self._result(time_ns, what)
             else:
-                self._event(*what)
+                self._log(f"{what.source}: {what.kind} {what.detail}".strip(), rr.TextLogLevel.WARN)
         for device, its in blocks.items():
             for joined in _joined(its):
                 self._signals(device, joined)
@@ -133,8 +134,7 @@ class LiveDrawing:
             self._at(self._latest_ns)
             self._spectrum.draw()
 
-    def _step(self, time_ns: int, step: Step) -> None:
-        self._pass(time_ns)
+    def _step(self, step: Step) -> None:
         at = f" at {step.frequency_Hz:.6g} Hz" if step.frequency_Hz else ""
         self._where = f"{step.sweep}, step {step.index + 1}{at}: {step.state.name.lower()}"
         if step.state is StepState.DONE:
@@ -145,15 +145,10 @@ class LiveDrawing:
             self._log(f"{step.sweep} begins", rr.TextLogLevel.INFO)
 
     def _result(self, time_ns: int, result: StepResult) -> None:
-        self._pass(time_ns)
         self._last = result
         self._at(time_ns)
         for chart in self._charts or ():
             chart.add(result)
-
-    def _event(self, time_ns: int, event: Event) -> None:
-        self._pass(time_ns)
-        self._log(f"{event.source}: {event.kind} {event.detail}".strip(), rr.TextLogLevel.WARN)
 
     def _lose(self, not_shown: int) -> None:
         if not_shown > self._not_shown:

@@ -13,11 +13,13 @@ from typing import Any
 
 import rerun as rr
 
+from recordings.run import SampleBlock
 from twin.views.live.about import LiveAbout
 from twin.views.live.drawing import LiveDrawing
 from twin.views.rerun.rrd import APPLICATION, recording_file
 
-Item = tuple[int, str, Any]
+Item = tuple[int, int, Any]
+"""How much was not shown until then, when it was, and what comes; None is the end."""
 
 
 def draw(waiting: Any, room: BoundedSemaphore, ready: Event, about: LiveAbout, to: str | Path) -> None:
@@ -26,7 +28,7 @@ def draw(waiting: Any, room: BoundedSemaphore, ready: Event, about: LiveAbout, t
     Parameters
     ----------
     waiting
-        Gives how much was not shown so far, the kind of what comes, and what comes.
+        Gives what comes, as :data:`Item`.
     room
         Released for every block of samples taken.
     ready
@@ -69,9 +71,9 @@ def _taken(waiting: Any, room: BoundedSemaphore) -> Iterator[list[Item]]:
             except queue.Empty:
                 ended = parent is not None and not parent.is_alive()
                 continue
-            if item[1] == "block":
+            if isinstance(item[-1], SampleBlock):
                 room.release()
-            if item[1] == "end":
+            if item[-1] is None:
                 ended = True
             else:
                 items.append(item)

@@ -9,8 +9,9 @@ from recordings.run import Channel
 from twin.procedures import Dwell, Procedure, RingDown, SteppedSine, StepResult
 from twin.procedures.grid import fixed_frequencies
 from twin.views.live.about import LiveAbout
+from twin.views.plot import Axis, common_range
 from twin.views.receptance import branch_curves, per_force, per_force_label, reading_label
-from twin.views.rerun.chart import Axis, Chart, common_range
+from twin.views.rerun.chart import Chart
 from twin.views.style import INK, level_colour, unit_text
 
 WIDE = 1200.0

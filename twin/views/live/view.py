@@ -52,28 +52,16 @@ class LiveView:
                 self._process.kill()
                 raise RuntimeError("the process that draws the live view did not start")
 
-    def block(self, block: SampleBlock) -> None:
-        """Show samples."""
-        if self._room.acquire(block=False):
-            self._offer("block", block)
-        else:
+    def show(self, what: SampleBlock | Step | StepResult | Event, time_ns: int = 0) -> None:
+        """Show samples, that a step's state begins, a measured step, or what happened; `time_ns` is when."""
+        if isinstance(what, SampleBlock) and not self._room.acquire(block=False):
             self.not_shown += 1
-
-    def step(self, time_ns: int, step: Step) -> None:
-        """Show that a step's state begins."""
-        self._offer("step", (time_ns, step))
-
-    def result(self, time_ns: int, result: StepResult) -> None:
-        """Show a measured step."""
-        self._offer("result", (time_ns, result))
-
-    def event(self, time_ns: int, event: Event) -> None:
-        """Show what happened."""
-        self._offer("event", (time_ns, event))
+        else:
+            self._offer(what, time_ns)
 
     def close(self) -> bool:
         """End the view; whether all that was handed over has been drawn."""
-        self._offer("end", None)
+        self._offer(None)
         self._process.join(self._patience_s)
         drawn = self._process.exitcode == 0
         if self._process.is_alive():
@@ -84,10 +72,10 @@ class LiveView:
         self._queue.close()
         return drawn
 
-    def _offer(self, kind: str, what: object) -> None:
+    def _offer(self, what: object, time_ns: int = 0) -> None:
         try:
-            self._queue.put_nowait((self.not_shown, kind, what))
+            self._queue.put_nowait((self.not_shown, time_ns, what))
         except queue.Full:
             self.not_shown += 1
-            if kind == "block":
+            if isinstance(what, SampleBlock):
                 self._room.release()

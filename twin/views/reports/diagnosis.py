@@ -4,16 +4,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from twin.diagnose.answer.result import Diagnosis, Estimate, Gain, NamedCause
+from twin.diagnose.answer.result import Diagnosis, Gain, NamedCause
 from twin.diagnose.tables import TableDiagnosis
-from twin.identify.linear.linear_model import nominal_parameters
-from twin.views.curves import compared_models, has_law, joint_name, shown_models
+from twin.identify.identified import linear_estimates
+from twin.views.curves import compared_models, has_law, shown_models
 from twin.views.figures import law_figure
 from twin.views.page import Page, Picture, Section, Table
 from twin.views.reports.answer import (
     causes_table,
     errors_table,
-    estimate_text,
     excluded_table,
     fitted_table,
     residuals_table,
@@ -27,6 +26,7 @@ from twin.views.reports.fit_sections import (
     residuals_picture,
     sweeps_picture,
 )
+from twin.views.reports.identified import linear_parameters, parameter_table
 from twin.views.reports.missing_force import missing_force_section
 from twin.views.reports.where import where_section
 from twin.views.style import AFTER, BEFORE, CAUTION
@@ -168,7 +168,7 @@ def _misfit(diagnosis: Diagnosis) -> Section:
             + (f" After the diagnosis it is {misfit.after:.3g}." if several else "")
         ],
         tables=tables,
-        pictures=[residuals_picture(diagnosis.sweeps, kinds=tuple(shown_models(diagnosis)))]
+        pictures=[residuals_picture(diagnosis.evidence, diagnosis.sweeps, kinds=tuple(shown_models(diagnosis)))]
         if diagnosis.sweeps
         else [],
     )
@@ -197,31 +197,7 @@ def _sweeps(diagnosis: Diagnosis) -> Section | None:
 def _identified(diagnosis: Diagnosis) -> Section:
     evidence, models = diagnosis.evidence, shown_models(diagnosis)
     model = list(models.values())[-1]
-    base = model.baseline.base
-    std = model.baseline.base.blocks(base.joints).unpack(np.sqrt(np.maximum(np.diag(model.solution.covariance), 0.0)))
-    nominal = nominal_parameters(evidence.rig, evidence.preload)
-    rows: list[tuple[str, ...]] = [
-        (
-            f"{name} {joint_name(evidence, j)}".strip(), f"{1e-6 * was[j]:.4g}",
-            estimate_text(Estimate(float(1e-6 * now[j]), float(1e-6 * now[j] * error[j]))), "N/mm²",
-        )
-        for name, was, now, error in (
-            ("normal modulus E′", nominal.E, base.E, std["log_E"]),
-            ("shear modulus G′", nominal.G, base.G, std["log_G"]),
-        )
-        for j in range(base.joints)
-    ]  # fmt: skip
-    ratios = evidence.rig.damping.modal_ratio
-    for i, zeta in enumerate(base.zeta):
-        was = ratios[min(i, len(ratios) - 1)]
-        rows.append(
-            (
-                f"damping ratio of mode {i + 1}",
-                f"{was:.3g}",
-                estimate_text(Estimate(float(zeta), float(zeta * std["log_zeta"][i]))),
-                "",
-            )
-        )
+    linear = linear_estimates(model.baseline, model.solution, model.baseline)
     pictures = [
         modes_picture(
             evidence, model, caption="Modes of the identified structure without what the extension attaches to it."
@@ -240,11 +216,8 @@ def _identified(diagnosis: Diagnosis) -> Section:
     return Section(
         title="What was identified",
         tables=[
-            Table(
-                caption="Of the accepted model, with one standard deviation",
-                head=("parameter", "nominal", "identified", "unit"),
-                rows=rows,
-                numbers=(1, 2),
+            parameter_table(
+                linear_parameters(linear, evidence), caption="Of the accepted model, with one standard deviation"
             )
         ],
         pictures=pictures,

@@ -8,7 +8,7 @@ import numpy as np
 from twin.diagnose.answer.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
 from twin.views.curves import Fitted
-from twin.views.figures import broadband_figure, residuals_figure, sweeps_figure
+from twin.views.figures import broadband_figure, sweeps_figure
 from twin.views.page import Picture, Section
 from twin.views.reports.answer import residual_rows
 from twin.views.rig_figure import modes_figure
@@ -31,24 +31,24 @@ def sweeps_picture(
         for sweep in sweeps
     )
     return Picture(
-        draw=lambda: sweeps_figure(evidence, sweeps, kinds=("measured", *kinds)),
+        draw=lambda: sweeps_figure(evidence, sweeps, kinds=kinds),
         alt=f"Receptance against frequency for {names}, measured and modelled. {peaks}.",
         caption=f"{caption}; amplitude of displacement per newton.",
     )
 
 
-def residuals_picture(sweeps: Sequence[SweepComparison], *, kinds: Sequence[str]) -> Picture:
-    """Residuals of the sweeps that have the largest."""
+def residuals_picture(evidence: MeasuredData, sweeps: Sequence[SweepComparison], *, kinds: Sequence[str]) -> Picture:
+    """Residuals of all sweeps."""
     sizes = "; ".join(
         f"{sweep} {channel}: " + (f"{after:.3g}" if len(kinds) == 1 else f"{before:.3g} before, {after:.3g} after")
         for sweep, channel, before, after in residual_rows(sweeps)
     )
     return Picture(
-        draw=lambda: residuals_figure(sweeps, kinds=kinds),
+        draw=lambda: sweeps_figure(evidence, sweeps, kinds=kinds, residuals=True),
         alt=f"Residuals in standard deviations against frequency, by channel and sweep. Root mean square: {sizes}.",
-        caption="Residuals of the fundamental in standard deviations of the measurement's noise alone, of the sweeps "
-        "that have the largest. Close to a sharp resonance a shift of a thousandth of a hertz already shows here; chi² "
-        "also allows for such errors of the model.",
+        caption="Residuals of the fundamental in standard deviations of the measurement's noise alone. Close to a "
+        "sharp resonance a shift of a thousandth of a hertz already shows here; chi² also allows for such errors "
+        "of the model.",
     )
 
 

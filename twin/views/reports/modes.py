@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 
 from twin.identify.modes.measured_modes import MeasuredModes
-from twin.views.modal_figures import mac_figure, nyquist_figure, responses_figure, shapes_figure
+from twin.views.modal_figures import mac_figure, nyquist_figure, responses_figure, shapes_figure, stabilisation_figure
 from twin.views.page import Page, Picture, Section
-from twin.views.stabilisation import stabilisation_figure
 from twin.views.style import AFTER, CAUTION
 from twin.views.table import Table
 
@@ -47,10 +46,23 @@ def modes_page(found: MeasuredModes) -> Page:
     sections.append(Section(title="Modes", tables=[modes_table(found)]))
     if found.beside is not None:
         sections.append(Section(title="Beside the model", tables=pairs_table(found), pictures=_beside(found)))
+    coherent = "" if found.coherence is None else ", and coherence"
+    responses = Picture(
+        draw=lambda: responses_figure(found), alt=f"Magnitude and phase of the responses{coherent} over frequency.",
+        caption=f"Response per force{coherent}; the black one shows most of all modes.",
+    )  # fmt: skip
+    stabilisation = Picture(
+        draw=lambda: stabilisation_figure(found), alt="Poles of fits of rising order, those that stay marked.",
+        caption="Poles that stay where they are as the order grows are modes.",
+    )  # fmt: skip
+    nyquist = Picture(
+        draw=lambda: nyquist_figure(found), alt="Imaginary over real part of a response about each mode.",
+        caption="About each resonance a response goes round a circle; points off it are noise, or no linear mode.",
+    )  # fmt: skip
     sections += [
-        Section(title="Responses", texts=_windowed(found), pictures=[_responses(found)]),
-        Section(title="Stabilisation", pictures=[_stabilisation(found)]),
-        Section(title="Nyquist", pictures=[_nyquist(found)]),
+        Section(title="Responses", texts=_windowed(found), pictures=[responses]),
+        Section(title="Stabilisation", pictures=[stabilisation]),
+        Section(title="Nyquist", pictures=[nyquist]),
         Section(
             title="What was assumed",
             items=[
@@ -93,25 +105,3 @@ def _beside(found: MeasuredModes) -> list[Picture]:
             "that were not measured points move with the model.",
         ),
     ]  # fmt: skip
-
-
-def _responses(found: MeasuredModes) -> Picture:
-    coherent = "" if found.coherence is None else ", and coherence"
-    return Picture(
-        draw=lambda: responses_figure(found), alt=f"Magnitude and phase of the responses{coherent} over frequency.",
-        caption=f"Response per force{coherent}; the black one shows most of all modes.",
-    )  # fmt: skip
-
-
-def _stabilisation(found: MeasuredModes) -> Picture:
-    return Picture(
-        draw=lambda: stabilisation_figure(found), alt="Poles of fits of rising order, those that stay marked.",
-        caption="Poles that stay where they are as the order grows are modes.",
-    )  # fmt: skip
-
-
-def _nyquist(found: MeasuredModes) -> Picture:
-    return Picture(
-        draw=lambda: nyquist_figure(found), alt="Imaginary over real part of a response about each mode.",
-        caption="About each resonance a response goes round a circle; points off it are noise, or no linear mode.",
-    )  # fmt: skip

@@ -2,13 +2,13 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from twin.views.page import LEFT_OUT, Page, Picture, Section, Table
-from twin.views.reports.rehearsal_figures import range_figure, responses_figures
-from twin.views.reports.rehearsal_noise import noise_section
-from twin.views.reports.rehearsal_steps import steps_section
+from twin.views.reports.rehearsal_figures import Rows, noise_figure, range_figure, responses_figures
 from twin.views.style import AFTER, BEFORE, CAUTION
 
 
@@ -82,9 +82,9 @@ def _sections(result: Mapping[str, Any]) -> Iterator[Section | None]:
             "The noise is one draw; a warning that hangs on it alone may come or go with another seed.",
         ],
     )
-    yield steps_section(result["steps"], "Every step")
+    yield _steps(result["steps"], "Every step")
     if result.get("improved"):
-        yield steps_section(result["improved"]["steps"], "Every step of the improved procedure")
+        yield _steps(result["improved"]["steps"], "Every step of the improved procedure")
 
 
 def warnings_table(result: Mapping[str, Any]) -> Table:
@@ -131,9 +131,7 @@ def _sweeps(result: Mapping[str, Any]) -> Section | None:
     )
 
 
-def _responses(
-    steps: Sequence[Mapping[str, Any]], sweeps: Sequence[Mapping[str, Any]], branches: Sequence[Mapping[str, Any]]
-) -> list[Picture]:
+def _responses(steps: Rows, sweeps: Rows, branches: Rows) -> list[Picture]:
     seen = dict.fromkeys(name for step in steps for name in step["phasors"])
     force = next((name for name in seen if name == "force" or name.startswith("force")), None)
     channels = [name for name in seen if name not in (force, "voltage", "current")][:4]
@@ -206,7 +204,7 @@ def _resources(result: Mapping[str, Any]) -> Section | None:
     )
 
 
-def _improved(better: Mapping[str, Any], branches: Sequence[Mapping[str, Any]]) -> Section:
+def _improved(better: Mapping[str, Any], branches: Rows) -> Section:
     took = f"{len(better['steps'])} steps in {better['duration_s'] / 60:.1f} min of the rig's time."
     warned = _warnings(better, "The improved procedure")
     tables = [*warned.tables, *([sweeps_table(better)] if better["sweeps"] else [])]
@@ -217,3 +215,104 @@ def _improved(better: Mapping[str, Any], branches: Sequence[Mapping[str, Any]]) 
         tables=tables,
         pictures=_responses(better["steps"], better["sweeps"], branches),
     )
+
+
+def noise_sentence(noise: Mapping[str, Any]) -> str:
+    """What a stretch of noise shows, and whether it was long enough."""
+    modes = ", ".join(f"{mode['frequency_Hz']:.4g}" for mode in noise["modes"])
+    told = f"{noise['sweep']}: modes found at {modes} Hz" if modes else f"{noise['sweep']}: no mode found"
+    coherence = [value for values in noise["coherence"].values() for value in values]
+    told += f"; median coherence {np.median(coherence):.3g}" if coherence else ""
+    lowest = noise["lowest_mode"]
+    if lowest is None:
+        return told
+    return (
+        f"{told}; {noise['duration_s']:.4g} s make {lowest['averages']:.2g} averages at the width of the lowest mode, "
+        f"{lowest['width_Hz']:.2g} Hz at {lowest['frequency_Hz']:.4g} Hz"
+    )
+
+
+def noise_section(noise: Mapping[str, Any]) -> Section:
+    """A stretch of noise at a glance."""
+    rows = [
+        (
+            str(number), f"{mode['frequency_Hz']:.6g}", f"{mode['frequency_std_Hz']:.1g}",
+            f"{100 * mode['damping_ratio']:.4g}", f"{100 * mode['damping_std']:.1g}",
+        )
+        for number, mode in enumerate(noise["modes"], 1)
+    ]  # fmt: skip
+    head = ("mode", "frequency, Hz", "std", "damping ratio, %", "std")
+    told = noise_sentence(noise)
+    return Section(
+        title="Noise",
+        texts=[f"{told}."],
+        tables=[Table(caption="Modes that it shows", head=head, rows=rows, numbers=range(5))] if rows else [],
+        pictures=[
+            Picture(
+                draw=lambda: noise_figure(noise),
+                alt=f"Spectral densities of all channels, responses per force and coherence over frequency. {told}.",
+                caption=f"Densities, responses per force and coherence at a resolution of {noise['resolution_Hz']:.2g} "
+                "Hz, averaged over stretches, each of which begins in the middle of the one before.",
+            )
+        ],
+    )
+
+
+def _steps(steps: Rows, title: str) -> Section | None:
+    """All steps of a rehearsal's table (``result.json``); None without any."""
+    sweeps: dict[str, list[Mapping[str, Any]]] = {}
+    for step in steps:
+        sweeps.setdefault(step["sweep"], []).append(step)
+    if not sweeps:
+        return None
+    return Section(
+        title=title,
+        texts=[
+            "Error is that of the held amplitude; the transient is what is left of it in the measurement, relative to "
+            "the response; distortion is all higher harmonics over the fundamental; range is the peak over the "
+            "converter's limit; distance is what is left to each limit of the procedure.  All in per cent."
+        ],
+        tables=[_sweep_steps(name, rows) for name, rows in sweeps.items()],
+    )
+
+
+def _sweep_steps(name: str, steps: Rows) -> Table:
+    distorted, ranged, limited = (_names(steps, field) for field in ("distortion", "range_use", "limit_use"))
+    head = ["step", "Hz", "target", "error", "wait, s", "transient"]
+    columns = [("distortion", distorted), ("range", ranged), ("distance", limited)]
+    head += [f"{title}: {' / '.join(names)}" for title, names in columns if names]
+    rows = [
+        (
+            str(step["index"]),
+            f"{step['frequency_Hz']:.6g}" if step["frequency_Hz"] else "",
+            f"{step['target_amplitude']:.4g}",
+            _percent(step["amplitude_error"], signed=True),
+            f"{step['settle_s']:.3g}",
+            "over 100" if (step["transient"] or 0.0) > 1.0 else _percent(step["transient"]),
+            *(
+                " / ".join(text)
+                for names, text in (
+                    (distorted, [_percent(step["distortion"].get(n)) for n in distorted]),
+                    (ranged, [_percent(step["range_use"].get(n)) for n in ranged]),
+                    (limited, [_distance(step["limit_use"].get(n)) for n in limited]),
+                )
+                if names
+            ),
+        )
+        for step in steps
+    ]
+    return Table(caption=name, head=head, rows=rows, numbers=range(1, len(head)))
+
+
+def _names(steps: Rows, field: str) -> list[str]:
+    return list(dict.fromkeys(name for step in steps for name in step[field]))
+
+
+def _percent(value: float | None, *, signed: bool = False) -> str:
+    if value is None:
+        return "-"
+    return f"{100 * value:{'+' if signed else ''}.2g}"
+
+
+def _distance(use: float | None) -> str:
+    return "-" if use is None else f"{100 * (1 - use):.3g}"

@@ -1,24 +1,22 @@
 """Pictures of a rehearsal, from its table (``result.json``)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from twin.identify.spectra.resonances import by_resonance
-from twin.views.drawing import dressed, entry, legend, panels
+from twin.views.drawing import dressed, panels
+from twin.views.figures import plots_figure
+from twin.views.plot import Curve, Plot
 from twin.views.style import INK, level_colour
 
 Rows = Sequence[Mapping[str, Any]]
 
 LEGEND_COLUMNS = 4
 """As many names of sweeps as fit beside each other."""
-UNSTABLE = (0, (1, 2))
-"""Line style of branches that no sweep can follow."""
 
 
 def responses_figures(
@@ -38,49 +36,40 @@ def responses_figures(
 
 
 def responses_figure(steps: Rows, branches: Rows, channels: Sequence[str], force: str | None) -> Figure | None:
-    """Response per force at every step over the predicted branches; a panel a channel, a colour a sweep."""
-    by_sweep: dict[str, list[Mapping[str, Any]]] = {}
-    for step in steps:
-        if step["frequency_Hz"] and step["phasors"]:
-            by_sweep.setdefault(step["sweep"], []).append(step)
-    if not by_sweep or not channels:
+    """Response per force at every step over the predicted branches; a panel a channel, a colour a level."""
+    shown = [step for step in steps if step["frequency_Hz"] and step["phasors"]]
+    if not shown or not channels:
         return None
-    levels = list(dict.fromkeys(rows[0]["target_amplitude"] for rows in by_sweep.values()))
-    figure, (axes_of,) = panels(1, len(channels), height_in=3.6)
-    for channel, axes in zip(channels, axes_of, strict=True):
-        for branch in branches:
-            curve = branch["response"].get(channel)
-            if curve is not None and branch["force_N"] in levels:
-                size = np.array(curve["amplitude"]) / branch["force_N"]
-                colour = level_colour(levels.index(branch["force_N"]))
-                _plot_branch(axes, np.array(branch["frequency_Hz"]), size, branch.get("stable"), colour)
-        for sweep, rows in by_sweep.items():
-            x = [row["frequency_Hz"] for row in rows]
-            size = [_amplitude(row, channel) / (_amplitude(row, force) if force else 1.0) for row in rows]
-            colour = level_colour(levels.index(rows[0]["target_amplitude"]))
-            axes.plot(x, size, _marker(sweep), color=colour, markersize=3.6, label=f"{sweep}, each step")
-        axes.set_ylim(bottom=0)
-        per = f" / |{force}|, SI units" if force else ""
-        dressed(axes, title=channel, xlabel="frequency, Hz", ylabel=f"|{channel}|{per}")
-    entries = [entry("predicted branch", INK, linewidth=1.2)] if branches else []
+    colours = {level: level_colour(i) for i, level in enumerate(dict.fromkeys(s["target_amplitude"] for s in shown))}
+    told = [("predicted branch", INK, "line")] if branches else []
     if any(not all(branch.get("stable", [])) for branch in branches):
-        entries.append(entry("unstable", INK, linewidth=1.2, linestyle=UNSTABLE))
-    legend(figure, entries, columns=LEGEND_COLUMNS)
-    return figure
+        told.append(("unstable", INK, "dotted"))
+    per, plots = f" / |{force}|, SI units" if force else "", []
+    for channel in channels:
+        near = [branch for branch in branches if branch["force_N"] in colours and channel in branch["response"]]
+        curves = [curve for one in near for curve in _branch_curves(one, channel, colours[one["force_N"]])]
+        for sweep in dict.fromkeys(step["sweep"] for step in shown):
+            rows = [step for step in shown if step["sweep"] == sweep]
+            x = np.array([row["frequency_Hz"] for row in rows])
+            y = np.array([_amplitude(row, channel) / (_amplitude(row, force) if force else 1.0) for row in rows])
+            # Which way it went: both ways lie on each other where all is well.
+            kind = next((way for way in ("up", "down") if sweep.endswith(f"-{way}")), "point")
+            colour = colours[rows[0]["target_amplitude"]]
+            curves.append(Curve(f"{sweep}, each step", x, y, colour, kind, 3.3, legend=True))
+        plots.append(Plot.over(channel, "frequency, Hz", f"|{channel}|{per}", curves, told=told))
+    return plots_figure(plots, columns=len(plots), height_in=3.0, legend_columns=LEGEND_COLUMNS)
 
 
-def _plot_branch(
-    axes: Axes, frequency_Hz: NDArray[np.float64], size: NDArray[np.float64], stable: Sequence[bool] | None, colour: str
-) -> None:
-    """Draw a curve, dotted where no rig can stay."""
-    stays = np.ones(len(size), bool) if stable is None else np.array(stable)
-    # Each part goes on to the next one's first point, so that the curve has no gaps.
-    ends = np.append(np.flatnonzero(np.diff(stays)) + 1, len(size))
+def _branch_curves(branch: Mapping[str, Any], channel: str, colour: str) -> Iterator[Curve]:
+    """A predicted curve per force in parts, dotted where no rig can stay."""
+    x = np.array(branch["frequency_Hz"])
+    y = np.array(branch["response"][channel]["amplitude"]) / branch["force_N"]
+    stays = np.array(branch.get("stable") or np.ones(len(x), bool))
     begin = 0
-    for end in ends:
+    for end in np.append(np.flatnonzero(np.diff(stays)) + 1, len(x)):
+        # Each part goes on to the next one's first point, so that the curve has no gaps.
         part = slice(begin, end + 1)
-        style = "-" if stays[begin] else UNSTABLE
-        axes.plot(frequency_Hz[part], size[part], color=colour, linewidth=1.2, linestyle=style)
+        yield Curve("", x[part], y[part], colour, "line" if stays[begin] else "dotted", 1.5)
         begin = end
 
 
@@ -111,9 +100,21 @@ def range_figure(steps: Rows) -> Figure | None:
     return figure
 
 
-def _marker(sweep: str) -> str:
-    """Which way a sweep went: both ways lie on each other where all is well."""
-    return "^" if sweep.endswith("-up") else "v" if sweep.endswith("-down") else "o"
+def noise_figure(noise: Mapping[str, Any]) -> Figure:
+    """Densities, responses and coherence of a stretch of noise, one above the other."""
+    channels = list(noise["density"])
+    labels = {
+        "density": "spectral density, unit²/Hz", "response": "response per force, SI units", "coherence": "coherence",
+    }  # fmt: skip
+    plots = []
+    for what, label in labels.items():
+        curves = [
+            Curve(name, np.array(noise["frequency_Hz"]), np.array(values), level_colour(channels.index(name)), size=1.2,
+                  legend=True)
+            for name, values in noise[what].items()
+        ]  # fmt: skip
+        plots.append(Plot.over("", "frequency, Hz", label, curves, log="" if what == "coherence" else "y"))
+    return plots_figure(plots, columns=1, height_in=1.9, sharex=True, height_ratios=[3, 3, 2])
 
 
 def _amplitude(step: Mapping[str, Any], channel: str) -> float:

@@ -16,8 +16,9 @@ import rerun.blueprint as rrb
 
 from recordings.errors import printable
 from twin.arrays import Array
+from twin.views.plot import Axis, Plot
 from twin.views.rerun.rrd import entity
-from twin.views.style import on_dark, tick_text, ticks
+from twin.views.style import INK, NOISE, on_dark, tick_text, ticks
 
 WIDTH, HEIGHT = 1000.0, 640.0
 """Of the frame, unless a chart asks for another width."""
@@ -27,42 +28,6 @@ PAPER = (13, 16, 17)
 SAMPLES = {"": "", "line": "—", "dashed": "- -", "point": "●"}
 DASH = 14.0
 """Length of a dash and of the gap after it, in the chart's units."""
-
-
-def common_range(values: Sequence[Array], *, log: bool = False, margin: float = 0.06) -> tuple[float, float]:
-    """Range of all finite values with a margin; positive ones alone where the axis is logarithmic."""
-    flat = np.concatenate([np.ravel(np.asarray(v, float)) for v in values] or [np.zeros(0)])
-    flat = flat[np.isfinite(flat) & ((flat > 0) | (not log))]
-    if len(flat) == 0:
-        return (0.1, 1.0) if log else (0.0, 1.0)
-    low, high = float(flat.min()), float(flat.max())
-    if log:
-        low = max(low, high * 1e-7)
-        grow = (high / low) ** margin if high > low else 1.5
-        return low / grow, high * grow
-    grow = margin * (high - low) or 0.05 * abs(high) or 1.0
-    return low - grow, high + grow
-
-
-@dataclass(frozen=True)
-class Axis:
-    """Quantity and unit, as printed, and the ends, in data; `bare` without ticks, where it only keeps things apart."""
-
-    label: str
-    ends: tuple[float, float]
-    log: bool = False
-    bare: bool = False
-
-    @classmethod
-    def over(cls, label: str, values: Sequence[Array], *, log: bool = False, margin: float = 0.06) -> Axis:
-        """An axis over :func:`common_range`."""
-        return cls(label, common_range(values, log=log, margin=margin), log=log)
-
-    def share(self, values: Array) -> Array:
-        """Where values lie, 0 at the first end and 1 at the last."""
-        if self.log:
-            return np.asarray(np.log(values / self.ends[0]) / np.log(self.ends[1] / self.ends[0]))
-        return np.asarray((values - self.ends[0]) / (self.ends[1] - self.ends[0]))
 
 
 @dataclass
@@ -95,14 +60,14 @@ class Chart:
     def __post_init__(self) -> None:
         self._draw_frame()
 
-    def view(self, name: str | None = None) -> rrb.Spatial2DView:
+    def view(self) -> rrb.Spatial2DView:
         """The view that shows it, framed."""
         bounds = rrb.VisualBounds2D(
             x_range=[-150 * self.text, self.width + 40],
             y_range=[-HEIGHT - (104 + 46 * self._rows) * self.text, 116 * self.text],
         )
         return rrb.Spatial2DView(
-            origin=entity(self.path), name=printable(name or self.title), background=list(PAPER), visual_bounds=bounds
+            origin=entity(self.path), name=printable(self.title), background=list(PAPER), visual_bounds=bounds
         )
 
     def line(
@@ -212,51 +177,23 @@ class Chart:
             )
 
 
-@dataclass(frozen=True)
-class ChartCurve:
-    """A curve of a chart, or markers, as `kind` says: ``line``, ``dashed`` or ``point``.
-
-    `name` is its entity's, and the legend's where it has a place there; `size` is its width, or a marker's radius.
-    """
-
-    name: str
-    x: Array
-    y: Array
-    colour: str
-    kind: str = "line"
-    size: float = 2.0
-    legend: bool = False
-
-
-def draw_chart(
-    recording: rr.RecordingStream, path: str, title: str, x: Axis | str, y: str, curves: Sequence[ChartCurve], *,
-    told: Sequence[tuple[str, str, str]] = (), log: str = "", margin: float = 0.06, **options: Any,
-) -> rrb.Spatial2DView:  # fmt: skip
-    """A chart whose axes hold its curves, a linear vertical one zero too.
-
-    Parameters
-    ----------
-    x, y
-        What the axes are called, with their units; the horizontal one may be given.
-    told
-        Further entries of the legend, as :meth:`Chart.tell` takes them.
-    log
-        Which axes are logarithmic: ``x``, ``y`` or ``xy``.
-    options
-        Of the :class:`Chart`.
-    """
-    heights = [curve.y for curve in curves] + ([] if "y" in log else [np.zeros(1)])
-    across = x if isinstance(x, Axis) else Axis.over(x, [c.x for c in curves], log="x" in log, margin=margin)
-    chart = Chart(recording, path, title, across, Axis.over(y, heights, log="y" in log, margin=margin), **options)
-    for curve in curves:
+def draw_chart(recording: rr.RecordingStream, path: str, plot: Plot, **options: Any) -> rrb.Spatial2DView:
+    """A plot as a chart, with thin lines at one standard deviation; `options` are the :class:`Chart`'s."""
+    chart = Chart(recording, path, plot.title, plot.x, plot.y, **options)
+    for curve in plot.curves:
+        name, x, y, colour = curve.name, curve.x, curve.y, curve.colour
         if curve.kind == "point":
-            chart.points(curve.name, curve.x, curve.y, curve.colour, size=curve.size, legend=curve.legend)
+            chart.points(name, x, y, colour, size=curve.size, legend=curve.legend)
         else:
-            dashed = curve.kind == "dashed"
-            chart.line(
-                curve.name, curve.x, curve.y, curve.colour, width=curve.size, dashed=dashed, legend=curve.legend
-            )  # fmt: skip
-    for entry in told:
+            chart.line(name, x, y, colour, width=curve.size, dashed=curve.kind == "dashed", legend=curve.legend)
+        if curve.std is not None:
+            for what, end in (("upper", y + curve.std), ("lower", y - curve.std)):
+                chart.line(f"{name}/{what}", x, end, colour, width=0.8, legend=False)
+            chart.tell("thin: one standard deviation", INK, "line")
+    for i, place in enumerate(end for ends in plot.unmeasured for end in ends if end not in plot.x.ends):
+        chart.line(f"reach/{i}", np.full(2, place), np.array(plot.y.ends), NOISE, width=1, dashed=True, legend=False)
+        chart.tell("how far data reach", NOISE, "dashed")
+    for entry in plot.told:
         chart.tell(*entry)
     return chart.close()
 

@@ -16,9 +16,11 @@ from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.spectra.sweeps import rows_by_sweep
 from twin.views.curves import compared_models, each_resonance
+from twin.views.plot import Axis, Curve, Plot, common_range
+from twin.views.plots import KINDS
 from twin.views.receptance import per_force, reading_label
 from twin.views.reports.answer import residual_rows
-from twin.views.rerun.chart import Axis, Chart, ChartCurve, common_range, draw_chart
+from twin.views.rerun.chart import Chart, draw_chart
 from twin.views.style import INK, KIND, level_colour
 
 FULL = 1900.0
@@ -95,30 +97,22 @@ def draw_residuals(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.S
 
 def draw_backbones(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatial2DView]:
     """Frequency and size of each sweep's largest step about each resonance, measured and of both models."""
-    return [
-        _backbone(recording, diagnosis, about, f"/backbone{below or '/1'}", f", {name}" if name else "")
-        for below, name, about in each_resonance(diagnosis.sweeps)
-        if len(about) > 1
-    ]
-
-
-def _backbone(
-    recording: rr.RecordingStream, diagnosis: Diagnosis, sweeps: Sequence[SweepComparison], path: str, where: str
-) -> rrb.Spatial2DView:
-    evidence = diagnosis.evidence
+    evidence, views = diagnosis.evidence, []
     output = evidence.outputs[evidence.reference]
-    kinds = ("measured", *compared_models(diagnosis))
-    curves, told = [], []
-    for kind in kinds:
-        x, y = _tops(sweeps, kind, evidence.reference, output.quantity)
-        size, style = (5.0, "point") if kind == "measured" else (3.0, "dashed" if kind == "before" else "line")
-        curves.append(ChartCurve(f"{kind}/line", x, y, KIND[kind], "dashed" if kind == "before" else "line", 1.5))
-        curves.append(ChartCurve(f"{kind}/points", x, y, KIND[kind], "point", size))
-        told.append((kind, KIND[kind], style))
-    return draw_chart(
-        recording, path, f"Backbone at {output.channel}{where}", "frequency of each sweep's largest step, Hz",
-        reading_label(output.channel, output.quantity), curves, told=told, margin=0.1, width=FULL,
-    )  # fmt: skip
+    for below, name, about in each_resonance(diagnosis.sweeps):
+        if len(about) < 2:
+            continue
+        curves, told = [], []
+        for kind in ("measured", *compared_models(diagnosis)):
+            x, y = _tops(about, kind, evidence.reference, output.quantity)
+            curves.append(Curve(f"{kind}/line", x, y, KIND[kind], KINDS[kind][0], 1.5))
+            curves.append(Curve(f"{kind}/points", x, y, KIND[kind], "point", 5.0 if kind == "measured" else 3.0))
+            told.append((kind, KIND[kind], KINDS[kind][0]))
+        title = f"Backbone at {output.channel}" + (f", {name}" if name else "")
+        label = reading_label(output.channel, output.quantity)
+        plot = Plot.over(title, "frequency of each sweep's largest step, Hz", label, curves, told=told, margin=0.1)
+        views.append(draw_chart(recording, f"/backbone{below or '/1'}", plot, width=FULL))
+    return views
 
 
 def _tops(sweeps: Sequence[SweepComparison], kind: str, output: int, quantity: str) -> tuple[Array, Array]:
@@ -160,17 +154,18 @@ def draw_l_curve(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spa
         return None
     drawn = []
     for kind, curve in curves.items():
-        style, x, y = "dashed" if kind == "before" else "line", curve.residual_norm, curve.solution_norm
-        drawn.append(ChartCurve(kind, x, y, KIND[kind], style, legend=True))
+        style, x, y = KINDS[kind][0], curve.residual_norm, curve.solution_norm
+        drawn.append(Curve(kind, x, y, KIND[kind], style, legend=True))
         for name, strength, size in (("corner", curve.corner, 3.0), ("fit", 1.0, 6.0)):
             if curve.strength[0] <= strength <= curve.strength[-1]:
                 at = [int(np.argmin(np.abs(np.log(curve.strength / strength))))]
-                drawn.append(ChartCurve(f"{kind}/{name}", x[at], y[at], KIND[kind], "point", size))
-    return draw_chart(
-        recording, "/l_curve", "L-curves of the last fits", "residual: root of chi²",
-        "departure from the prior, in its σ", drawn, told=[("large: the fit, small: the corner", INK, "point")],
-        log="xy", width=FULL,
+                drawn.append(Curve(f"{kind}/{name}", x[at], y[at], KIND[kind], "point", size))
+    told = [("large: the fit, small: the corner", INK, "point")]
+    plot = Plot.over(
+        "L-curves of the last fits", "residual: root of chi²", "departure from the prior, in its σ", drawn, told=told,
+        log="xy",
     )  # fmt: skip
+    return draw_chart(recording, "/l_curve", plot, width=FULL)
 
 
 def draw_history(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spatial2DView:
@@ -178,13 +173,13 @@ def draw_history(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spa
     curves = []
     for kind, fitted_model in compared_models(diagnosis).items():
         history = np.array(fitted_model.solution.history)
-        steps, style = np.arange(len(history)), "dashed" if kind == "before" else "line"
-        curves.append(ChartCurve(kind, steps, history, KIND[kind], style, legend=True))
-        curves.append(ChartCurve(f"{kind}/points", steps, history, KIND[kind], "point", 3.0))
-    return draw_chart(
-        recording, "/history", "Last fits, iteration by iteration", "iteration", "cost: chi² with the prior's part",
-        curves, log="y", width=FULL,
-    )  # fmt: skip
+        steps, style = np.arange(len(history)), KINDS[kind][0]
+        curves.append(Curve(kind, steps, history, KIND[kind], style, legend=True))
+        curves.append(Curve(f"{kind}/points", steps, history, KIND[kind], "point", 3.0))
+    plot = Plot.over(
+        "Last fits, iteration by iteration", "iteration", "cost: chi² with the prior's part", curves, log="y"
+    )
+    return draw_chart(recording, "/history", plot, width=FULL)
 
 
 def _rms(values: Array) -> float:

@@ -8,9 +8,9 @@ import rerun.blueprint as rrb
 
 from twin.structure import drawn_parts, point_of
 from twin.structure.modelled_rig import ModelledRig
-from twin.views.rerun.parts import SLOW_MOTION, animate_parts, log_part, seen_from
+from twin.views.rerun.motion import SLOW_MOTION, animate_parts, log_part, seen_from
 from twin.views.rerun.rrd import recording_file, send_layout
-from twin.views.rig_figure import DRIVE, JOINT, SENSOR, drawn_larger, extent, unit_arrow
+from twin.views.rig_figure import DRIVE, JOINT, SENSOR, extent, unit_arrow
 from twin.views.style import level_colour, on_dark, rgb
 
 MODES = 6
@@ -42,11 +42,10 @@ def _draw(recording: rr.RecordingStream, modelled: ModelledRig) -> rrb.Horizonta
             colors=[rgb(colour)], radii=0.005 * size, labels=[name],
         )  # fmt: skip
         recording.log(f"rig/at/{rr.escape_entity_path_part(name)}", arrow, static=True)
-    seen = seen_from(parts)
-    views: list[Any] = [rrb.Spatial3DView(origin="/rig", name="Rig", **seen)]
+    modes: list[Any] = []
     for mode in range(min(MODES, modelled.modes.Phi.shape[1])):
         moved = [part.rows @ modelled.modes.Phi[:, mode] for part in parts]
-        animate_parts(recording, f"modes/{mode + 1}", parts, moved, drawn_larger(moved, size))
         title = f"Mode {mode + 1}, {modelled.modes.frequency_Hz[mode]:.5g} Hz"
-        views.append(rrb.Spatial3DView(origin=f"/modes/{mode + 1}", name=title, **seen))
-    return rrb.Horizontal(views[0], rrb.Grid(*views[1:]), column_shares=[1, 2])
+        modes.append(animate_parts(recording, f"/modes/{mode + 1}", title, parts, moved))
+    at_rest = rrb.Spatial3DView(origin="/rig", name="Rig", **seen_from(parts))
+    return rrb.Horizontal(at_rest, rrb.Grid(*modes), column_shares=[1, 2])

@@ -14,9 +14,10 @@ from twin.arrays import Array
 from twin.identify.spectra.spectrum import broadband_records, h1, is_impact_test
 from twin.views.curves import SteppedSweep, each_resonance, parted, stepped_sweeps
 from twin.views.extremes import extremes
-from twin.views.receptance import branch_curves, per_force_label, response_label
-from twin.views.rerun.backbone import draw_backbone
-from twin.views.rerun.chart import Axis, ChartCurve, common_range, draw_chart
+from twin.views.plot import Curve, Plot
+from twin.views.plots import stepped_plots
+from twin.views.receptance import farthest_response, per_force, reading_label, response_label
+from twin.views.rerun.chart import draw_chart
 from twin.views.rerun.rrd import TIME, entity, log_line, log_samples, log_series, log_view, recording_file, send_layout
 from twin.views.run_text import run_markdown
 from twin.views.style import INK, level_colour, unit_text
@@ -127,43 +128,47 @@ def _by_resonance(
     charts: list[Any] = []
     backbones = []
     for below, where, about in each_resonance([part for sweep in reduced for part in parted(sweep)]):
-        views = _sweep_charts(recording, run, about, rehearsal, f"/sweeps{below}")
+        views = [
+            draw_chart(recording, f"/sweeps{below}/{channel}", plot, width=WIDE, text=1.2)
+            for channel, plot in stepped_plots(run, about, rehearsal.get("branches") or []).items()
+        ]
         charts += [rrb.Horizontal(*views, name=where)] if where else views
-        backbone = draw_backbone(recording, run, about, path=f"/backbone{below}")
+        backbone = _backbone(recording, run, about, f"/backbone{below}")
         backbones += [backbone] if backbone else []
     return charts, backbones
 
 
-def _sweep_charts(
-    recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep], rehearsal: Mapping[str, Any], path: str
-) -> list[rrb.Spatial2DView]:
-    """Receptance against frequency, one chart for each response channel, all levels in it."""
-    views = []
-    low, high = common_range([sweep.frequency_Hz for sweep in reduced])
-    for channel in reduced[0].receptance:
-        drawn = [sweep for sweep in reduced if channel in sweep.receptance]
-        predicted = branch_curves(rehearsal.get("branches") or [], run.channels[channel])
-        branches = [curve for curve in predicted if np.any((curve[1] >= low) & (curve[1] <= high))]
-        levels = list(dict.fromkeys(sweep.level for sweep in drawn))
-        curves, told = [], []
-        for sweep in drawn:
-            colour, y = level_colour(levels.index(sweep.level)), sweep.receptance[channel]
-            curves.append(ChartCurve(f"{sweep.name}/line", sweep.frequency_Hz, y, colour, size=1.0))
-            curves.append(ChartCurve(f"{sweep.name}/steps", sweep.frequency_Hz, y, colour, "point", 3.0))
-            told.append((sweep.name, colour, "point"))
-        for i, (force_N, frequency, size) in enumerate(branches):
-            level = f"{force_N:g} N"
-            colour = level_colour(levels.index(level)) if level in levels else INK
-            curves.append(ChartCurve(f"branches/{i}", frequency, size, colour, "dashed", 1.5))
-        told += [("predicted branches", INK, "dashed")] if branches else []
-        label = per_force_label(channel, run.channels[channel].quantity)
-        views.append(
-            draw_chart(
-                recording, f"{path}/{channel}", f"Sweeps, {channel}", Axis("frequency, Hz", (low, high)), label,
-                curves, told=told, width=WIDE, text=1.2,
-            )
-        )  # fmt: skip
-    return views
+def _backbone(
+    recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep], path: str
+) -> rrb.Spatial2DView | None:
+    """Frequency and displacement of each sweep's largest step, by level, at the response channel farthest out.
+
+    Nothing where fewer than two sweeps show a top.
+    """
+    shown = [sweep for sweep in reduced if len(sweep.frequency_Hz) > 2 and sweep.harmonics]
+    if len(shown) < 2:
+        return None
+    farthest = farthest_response(run.channels[name] for name in shown[0].harmonics)
+    assert farthest is not None
+    channel = farthest.name
+    tops = []
+    for sweep in shown:
+        fundamental, quantity = sweep.harmonics[channel][:, 0], run.channels[channel].quantity
+        displacement = per_force(fundamental, quantity, sweep.frequency_Hz)
+        top = int(np.nanargmax(displacement))
+        tops.append((float(sweep.frequency_Hz[top]), float(displacement[top])))
+    x, y = np.array(sorted(tops, key=lambda top: top[1])).T
+    levels = list(dict.fromkeys(sweep.level for sweep in shown))
+    curves, told = [Curve("line", x, y, INK, "dashed", 1.0)], []
+    for sweep, (frequency, size) in zip(shown, tops, strict=True):
+        colour = level_colour(levels.index(sweep.level))
+        curves.append(Curve(sweep.name, np.array([frequency]), np.array([size]), colour, "point", 5.0))
+        told.append((sweep.level, colour, "point"))
+    plot = Plot.over(
+        f"Backbone, {channel}", "frequency of the largest step, Hz", reading_label(channel, farthest.quantity), curves,
+        told=told, margin=0.15,
+    )  # fmt: skip
+    return draw_chart(recording, path, plot, width=1250.0, text=1.8)
 
 
 def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spatial2DView]:
@@ -180,14 +185,11 @@ def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spati
             seen = (estimate.coherence[channel] > 0.5) & (estimate.frequency_Hz > 0)
             last = np.flatnonzero(seen)[-1] + 1 if seen.any() else 1
             size = np.where(seen, np.abs(estimate.H[channel]), np.nan)[:last]
-            curves.append(ChartCurve(name, estimate.frequency_Hz[:last], size, level_colour(i), size=1.5, legend=True))
-        views.append(
-            draw_chart(
-                recording, f"/broadband/{channel}", f"H1, {channel}",
-                "frequency, Hz (where the coherence is above 0.5)",
-                response_label(channel, run.channels[channel].unit, force), curves, log="y", width=WIDE, text=1.2,
-            )
-        )  # fmt: skip
+            curves.append(Curve(name, estimate.frequency_Hz[:last], size, level_colour(i), size=1.5, legend=True))
+        label = response_label(channel, run.channels[channel].unit, force)
+        across = "frequency, Hz (where the coherence is above 0.5)"
+        plot = Plot.over(f"H1, {channel}", across, label, curves, log="y")
+        views.append(draw_chart(recording, f"/broadband/{channel}", plot, width=WIDE, text=1.2))
     return views
 
 

@@ -10,8 +10,9 @@ import rerun.blueprint as rrb
 from recordings.quantities import quantity
 from recordings.tables import FrequencyTable, SweepTable
 from twin.arrays import Array
+from twin.views.plot import Curve, Plot
 from twin.views.receptance import per_force
-from twin.views.rerun.chart import ChartCurve, draw_chart
+from twin.views.rerun.chart import draw_chart
 from twin.views.rerun.rrd import recording_file, send_layout
 from twin.views.style import MEASURED, level_colour, unit_text
 from twin.views.table import Table, markdown_text, table_markdown
@@ -53,14 +54,13 @@ def _chart(recording: rr.RecordingStream, table: SweepTable, name: str, label: s
         rows = rows[np.isfinite(values[rows])]
         rising = rows[np.argsort(table.frequency_Hz[rows], kind="stable")]
         x, y, colour = table.frequency_Hz[rising], values[rising], level_colour(i)
-        curves.append(ChartCurve(f"{level:g}", x, y, colour, size=1.5))
-        curves.append(ChartCurve(f"{level:g}/steps", x, y, colour, "point", 3.0))
+        curves.append(Curve(f"{level:g}", x, y, colour, size=1.5))
+        curves.append(Curve(f"{level:g}/steps", x, y, colour, "point", 3.0))
         told.append((f"level {level:g}", colour, ""))
     if len(levels) > 12:  # more find no room in the legend
         told = []
-    return draw_chart(
-        recording, f"/sweeps/{name}", f"{name} of every sweep", "frequency, Hz", label, curves, told=told, width=WIDE
-    )  # fmt: skip
+    plot = Plot.over(f"{name} of every sweep", "frequency, Hz", label, curves, told=told)
+    return draw_chart(recording, f"/sweeps/{name}", plot, width=WIDE)
 
 
 def _frequencies(recording: rr.RecordingStream, table: FrequencyTable) -> Any:
@@ -70,8 +70,8 @@ def _frequencies(recording: rr.RecordingStream, table: FrequencyTable) -> Any:
     for i, state in enumerate(states):
         rows = np.flatnonzero([s == state for s in table.preload]) if table.preload else np.arange(len(table))
         colour, x = level_colour(i) if len(states) > 1 else MEASURED, table.mode[rows].astype(float)
-        curves.append(ChartCurve(state or "measured", x, table.frequency_Hz[rows], colour, "point", 5.0, legend=True))
-    return draw_chart(recording, "/frequencies", "natural frequencies", "mode", "frequency, Hz", curves)
+        curves.append(Curve(state or "measured", x, table.frequency_Hz[rows], colour, "point", 5.0, legend=True))
+    return draw_chart(recording, "/frequencies", Plot.over("natural frequencies", "mode", "frequency, Hz", curves))
 
 
 def _about_sweeps(table: SweepTable) -> Table:

@@ -1,8 +1,10 @@
-"""What an identification says, as tables: parameters, how well the data determine them, residuals, polynomials."""
+"""What an identification says: parameters, how well the data determine them, residuals, the law and polynomials."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from twin.arrays import Array
 from twin.identify.base_fit import HELD_PRECISION
@@ -11,9 +13,14 @@ from twin.identify.identified import Identified
 from twin.identify.linear.linear_fit import base_prior
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
-from twin.identify.polynomials import Polynomials
-from twin.views.curves import LawBand, joint_name
+from twin.identify.polynomials import PolynomialFit, Polynomials
+from twin.rigs import LayerLawTable
+from twin.views.curves import LawBand, joint_name, law_in_lowest_mode, law_reach
+from twin.views.figures import plots_figure
+from twin.views.plot import Axis, Curve, Plot
+from twin.views.plots import law_plot
 from twin.views.reports.answer import estimate_text
+from twin.views.style import AFTER, BEFORE, INK, level_colour
 from twin.views.table import Table
 
 LITTLE = 2.0
@@ -31,18 +38,48 @@ NAMES = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Determined:
-    """How well the data determine one parameter of the base family."""
+class Parameter:
+    """A linear parameter of the base family, as assumed and as identified."""
 
     parameter: str
     joint: str
     """What it is, and whose, where there are several joints; together they are its `name`."""
-    name: str
     unit: str
     nominal: float
     estimate: Estimate
     relative: bool
-    """Whether `beforehand` and `std` are of the logarithm; else they are absolute (loss factors)."""
+    """Whether it is fitted as a logarithm; loss factors, which may be zero, are not."""
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        return f"{self.parameter} {self.joint}".strip()
+
+
+def linear_parameters(linear: Mapping[str, Estimate | list[Estimate]], evidence: MeasuredData) -> list[Parameter]:
+    """All linear parameters in the order of the model's vector, those of joints and modes one by one."""
+    vector, _ = base_prior(nominal_parameters(evidence.rig, evidence.preload))
+    found: list[Parameter] = []
+    for key, entry in linear.items():
+        unit, relative = UNITS.get(key, ""), not key.endswith("loss_factor")
+        scale = 1e-6 if unit else 1.0
+        for number, estimate in enumerate(entry if isinstance(entry, list) else [entry]):
+            of_mode, was = key == "modal_damping", float(vector[len(found)])
+            found.append(
+                Parameter(
+                    parameter=f"{NAMES[key]} {number + 1}" if of_mode else NAMES[key],
+                    joint="" if of_mode else joint_name(evidence, number),
+                    unit=unit, nominal=scale * float(np.exp(was) if relative else was),
+                    estimate=Estimate(scale * estimate.value, scale * estimate.std), relative=relative,
+                )
+            )  # fmt: skip
+    return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class Determined(Parameter):
+    """How well the data determine one of them; deviations are of the logarithm where that is fitted."""
+
     beforehand: float
     """Standard deviation before the data, if all other parameters were known."""
     std: float
@@ -63,45 +100,22 @@ class Determined:
 
 def determined(found: Identified, evidence: MeasuredData) -> tuple[Determined, ...]:
     """Every linear parameter, in the order of the model's vector."""
-    nominal = nominal_parameters(evidence.rig, evidence.preload)
-    vector, precision = base_prior(nominal)
+    _, precision = base_prior(nominal_parameters(evidence.rig, evidence.preload))
     # Given the others: all damping ratios are assumed to be alike, so that some tell of one that was never measured.
     beforehand = 1 / np.sqrt(np.diag(precision))
-    entries = _flat(found, evidence)
-    names = [f"{parameter} {joint}".strip() for parameter, joint, _, _, _ in entries]
-    correlation = _correlation(found, len(names))
+    parameters = linear_parameters(found.linear, evidence)
     rows = []
-    for i, (parameter, joint, unit, relative, estimate) in enumerate(entries):
-        scale = 1e-6 if unit else 1.0
-        partner = int(np.argmax(np.abs(correlation[i])))
-        strength = float(correlation[i, partner])
+    for one, assumed, row in zip(parameters, beforehand, _correlation(found, len(parameters)), strict=False):
+        partner = int(np.argmax(np.abs(row)))
+        strength, estimate = float(row[partner]), one.estimate
         rows.append(
             Determined(
-                parameter=parameter, joint=joint, name=names[i], unit=unit,
-                nominal=scale * float(np.exp(vector[i]) if relative else vector[i]),
-                estimate=Estimate(scale * estimate.value, scale * estimate.std), relative=relative,
-                beforehand=float(beforehand[i]), std=estimate.std / estimate.value if relative else estimate.std,
-                partner=names[partner] if strength else "", correlation=strength,
+                **vars(one), beforehand=float(assumed),
+                std=estimate.std / estimate.value if one.relative else estimate.std,
+                partner=parameters[partner].name if strength else "", correlation=strength,
             )
         )  # fmt: skip
     return tuple(rows)
-
-
-def _flat(found: Identified, evidence: MeasuredData) -> list[tuple[str, str, str, bool, Estimate]]:
-    """All linear parameters in the order of the fit: name, joint, unit, whether it is fitted as a logarithm, estimate.
-
-    Those of the modes one by one.
-    """
-    entries = []
-    for key, entry in found.linear.items():
-        name = NAMES.get(key, key.replace("_", " "))
-        unit, relative = UNITS.get(key, ""), not key.endswith("loss_factor")  # which may be zero
-        for number, estimate in enumerate(entry if isinstance(entry, list) else [entry]):
-            if key == "modal_damping":
-                entries.append((f"{name} {number + 1}", "", unit, relative, estimate))
-            else:
-                entries.append((name, joint_name(evidence, number), unit, relative, estimate))
-    return entries
 
 
 def _correlation(found: Identified, count: int) -> Array:
@@ -115,10 +129,10 @@ def _correlation(found: Identified, count: int) -> Array:
     return np.asarray(correlation)
 
 
-def parameter_table(rows: tuple[Determined, ...]) -> Table:
+def parameter_table(rows: Sequence[Parameter], *, caption: str = "With one standard deviation") -> Table:
     """Assumed and identified."""
     return Table(
-        caption="With one standard deviation",
+        caption=caption,
         head=("parameter", "nominal", "identified", "unit"),
         rows=[(row.name, f"{row.nominal:.4g}", estimate_text(row.estimate), row.unit) for row in rows],
         numbers=(1, 2),
@@ -216,3 +230,68 @@ def left_out_table(polynomials: Polynomials) -> Table:
 
 def _power(order: int) -> str:
     return {1: "", 2: "²", 3: "³", 4: "⁴"}.get(order, f"^{order}")
+
+
+def identified_law_figure(found: Identified, evidence: MeasuredData) -> Figure:
+    """Softening over opening and loss over slip; below, over a sensor's amplitude, the papers' polynomials."""
+    plots = [law_plot({"model": band}) for band in file_law_bands(found, evidence)]
+    if found.polynomials is not None:
+        plots += _polynomial_plots(found, found.polynomials, evidence)
+    return plots_figure(plots, columns=2, height_in=3.1)
+
+
+def _polynomial_plots(found: Identified, polynomials: Polynomials, evidence: MeasuredData) -> list[Plot]:
+    """Each level's polynomials over the amplitudes that they hold for, beside the law as the lowest mode sees it."""
+    fits = {**polynomials.levels, "all levels": polynomials.together}
+    colours = [level_colour(i + 1) for i in range(len(fits) - 1)] + [INK]
+    seen = law_in_lowest_mode(evidence, found)
+    plots = []
+    for quantity, function in (("softening", "g1(X)"), ("loss", "g2(X)")):
+        value, std = 1e-6 * seen.value[quantity], 1e-6 * seen.std[quantity]
+        curves = [Curve("model", 1e3 * seen.amplitude_m, value, AFTER, legend=True, std=std)]
+        for (name, fit), colour in zip(fits.items(), colours, strict=True):
+            X = np.geomspace(min(seen.amplitude_m[0], 0.5 * fit.largest_amplitude_m), fit.largest_amplitude_m, 80)
+            g = fit.softening_at(X) if quantity == "softening" else fit.loss_at(X)
+            curves.append(Curve(f"polynomials, {name}", 1e3 * X, 1e-6 * g, colour, "dashed", 1.5, legend=True))
+        across = f"amplitude X at {evidence.channels[evidence.reference]}, mm"
+        x = Axis.over(across, [curve.x for curve in curves], log=True, margin=0.0)
+        y = Axis.over(f"{function}, N/mm²", [np.zeros(1), value - std, value + std], margin=0.08)
+        plots.append(Plot(title=f"{quantity} as mode {seen.number} sees it: {function}", x=x, y=y, curves=curves))
+    return plots
+
+
+def file_law_bands(found: Identified, evidence: MeasuredData) -> tuple[LawBand, ...]:
+    """Each joint's law as the model file has it, softening and loss in turn, the constant loss included.
+
+    The standard deviations are those of what a response feels.
+    """
+    bands = []
+    for number, (joint, (opening, slip)) in enumerate(zip(found.rig.joints, law_reach(evidence, found), strict=True)):
+        law, name = joint.law, joint_name(evidence, number)
+        assert isinstance(law, LayerLawTable)
+        for quantity, knots, reach in (("softening", law.opening_m, opening), ("loss", law.slip_m, slip)):
+            value, std = (np.array(getattr(law, key)[1:]) for key in (quantity, f"{quantity}_std"))
+            x = np.array(knots[1:])
+            bands.append(LawBand(quantity=quantity, joint=name, amplitude_m=x, value=value, std=std, reach_m=reach))
+    return tuple(bands)
+
+
+def strength_figure(fit: PolynomialFit) -> Figure:
+    """The L-curve of the first iteration, its cross-validation, and the residual as the iterations went on."""
+    curve, plots = fit.l_curve, []
+    marks = (("corner", curve.corner, BEFORE), ("least cross-validation", curve.cross_validated, AFTER))
+    for title, across, up, x, y in (
+        ("L-curve", "norm of the residual", "norm of the solution", curve.residual_norm, curve.solution_norm),
+        ("cross-validation", "strength λ", "left-out error, squared", curve.strength, curve.cross_validation),
+    ):
+        curves = [Curve("", x, y, INK, size=1.6)]
+        for name, strength, colour in marks:
+            at = [int(np.argmin(np.abs(curve.strength - strength)))]
+            curves.append(Curve(f"{name}: λ = {strength:.2g}", x[at], y[at], colour, "point", 6.0, legend=True))
+        plots.append(Plot.over(title, across, up, curves, log="xy"))
+    costs = np.array([step.cost for step in fit.history])
+    curves = [
+        Curve("", np.arange(len(costs)), costs, INK, kind, size) for kind, size in (("line", 1.6), ("point", 3.6))
+    ]
+    plots.append(Plot.over("iterations", "iteration", "norm of the residual", curves, log="y"))
+    return plots_figure(plots, columns=3, height_in=2.7)
