@@ -13,7 +13,7 @@ from twin.identify.modes.stabilisation import stable_poles
 from twin.structure import drawn_parts, drawn_places
 from twin.views.drawing import WIDTH_IN, Drawing, dressed, entry, heat_map, legend, panels
 from twin.views.figures import draw_plot, plots_figure
-from twin.views.plot import Curve, Plot
+from twin.views.plot import Plot, PlotCurve
 from twin.views.rig_figure import SENSOR, draw_mode, drawn_larger, extent, flat_parts, scatter
 from twin.views.style import AFTER, BEFORE, INK, LEVELS, MEASURED, NOISE, level_colour
 
@@ -59,10 +59,10 @@ def stabilisation_plot(found: MeasuredModes) -> Plot:
         ("stable in frequency and damping", AFTER, 3.0, [pole for pole in chart if pole in stable]),
     ):
         f, order = (np.array([getattr(pole, key) for pole in poles]) for key in ("frequency_Hz", "order"))
-        curves.append(Curve(name, f, order, colour, "point", size, legend=True))
+        curves.append(PlotCurve(name, f, order, colour, "point", size, legend=True))
     top = np.array([0.0, max((pole.order for pole in chart), default=1)])
     curves += [
-        Curve(f"mode {number}", np.full(2, mode.frequency_Hz), top, BEFORE, size=1.0)
+        PlotCurve(f"mode {number}", np.full(2, mode.frequency_Hz), top, BEFORE, size=1.0)
         for number, mode in enumerate(found.fit.modes, 1)
     ]
     told = [("modes", BEFORE, "line")]
@@ -98,8 +98,8 @@ def nyquist_plots(found: MeasuredModes) -> list[Plot]:
         fine = mode.frequency_Hz + HALF_WIDTHS * half_Hz * np.linspace(-1, 1, 201) ** 3
         about, fit = found.H[near, shown], _fitted(found, fine)[:, shown]
         curves = [
-            Curve("fit", fit.real, fit.imag, AFTER, legend=True),
-            Curve("measured", about.real, about.imag, MEASURED, "point", 3.0, legend=True),
+            PlotCurve("fit", fit.real, fit.imag, AFTER, legend=True),
+            PlotCurve("measured", about.real, about.imag, MEASURED, "point", 3.0, legend=True),
         ]
         title = f"{number}: {mode.frequency_Hz:.5g} Hz, {found.outputs[shown]}"
         plots.append(Plot.over(title, "real part", "imaginary part", curves))

@@ -49,7 +49,7 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Curve:
+class PlotCurve:
     """A curve of a plot, or markers, as `kind` says: ``line``, ``dashed`` or ``point``; in reports also others.
 
     `name` is the legend's where it has a place there; `size` is its width, or a marker's radius; `std` is a standard
@@ -73,7 +73,7 @@ class Plot:
     title: str
     x: Axis
     y: Axis
-    curves: Sequence[Curve]
+    curves: Sequence[PlotCurve]
     told: Sequence[tuple[str, str, str]] = ()
     """Further entries of the legend: text, colour, and a curve's kind or nothing."""
     unmeasured: Sequence[Range] = ()
@@ -81,7 +81,7 @@ class Plot:
 
     @classmethod
     def over(
-        cls, title: str, x: str, y: str, curves: Sequence[Curve], *, told: Sequence[tuple[str, str, str]] = (),
+        cls, title: str, x: str, y: str, curves: Sequence[PlotCurve], *, told: Sequence[tuple[str, str, str]] = (),
         log: str = "", margin: float = 0.06,
     ) -> Plot:  # fmt: skip
         """A plot whose axes hold its curves, a linear vertical one zero too.

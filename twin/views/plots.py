@@ -12,7 +12,7 @@ from twin.diagnose.answer.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.views.curves import Fitted, LawBand, SteppedSweep, broadband_responses, laws_by_kind
-from twin.views.plot import Axis, Curve, Plot, common_range
+from twin.views.plot import Axis, Plot, PlotCurve, common_range
 from twin.views.receptance import branch_curves, per_force, per_force_label, response_label
 from twin.views.style import INK, KIND, MEASURED, NOISE, level_colour
 
@@ -42,15 +42,15 @@ def sweep_plots(
     told += [(kind, INK, KINDS[kind][0]) for kind in kinds]
     receptances, residuals = [], []
     for o, channel in enumerate(sweeps[0].channels):
-        curves, left = [], [Curve("noise, one σ", ends, np.ones(2), INK, size=1.0, legend=True)]
+        curves, left = [], [PlotCurve("noise, one σ", ends, np.ones(2), INK, size=1.0, legend=True)]
         for sweep, kind in product(sweeps, (*kinds, "measured")):
             order, model = np.argsort(sweep.frequency_Hz, kind="stable"), ATTRIBUTE.get(kind, kind)
             name, x, style = f"{sweep.sweep}/{kind}", sweep.frequency_Hz[order], (colours[sweep.sweep], *KINDS[kind])
             size = per_force(getattr(sweep, model)[order, o], quantity[channel], x)
-            curves.append(Curve(name, x, size, *style))
+            curves.append(PlotCurve(name, x, size, *style))
             if kind != "measured":
                 residual = np.maximum(getattr(sweep, f"residual_{model}")[order, o], LEAST)
-                left.append(Curve(name, x, residual, *style))
+                left.append(PlotCurve(name, x, residual, *style))
         label, measured = per_force_label(channel, quantity[channel]), ("measured", INK, "point")
         receptances.append(Plot.over(channel, "frequency, Hz", label, curves, told=[*told, measured]))
         label = f"residual of {channel}, σ of its noise"
@@ -75,13 +75,13 @@ def stepped_plots(
         curves, told = [], []
         for sweep in drawn:
             colour, y = level_colour(levels.index(sweep.level)), sweep.receptance[channel]
-            curves.append(Curve(f"{sweep.name}/line", sweep.frequency_Hz, y, colour, size=1.0))
-            curves.append(Curve(f"{sweep.name}/steps", sweep.frequency_Hz, y, colour, "point", 3.0))
+            curves.append(PlotCurve(f"{sweep.name}/line", sweep.frequency_Hz, y, colour, size=1.0))
+            curves.append(PlotCurve(f"{sweep.name}/steps", sweep.frequency_Hz, y, colour, "point", 3.0))
             told.append((sweep.name, colour, "point"))
         for i, (force_N, frequency, size) in enumerate(near):
             level = f"{force_N:g} N"
             colour = level_colour(levels.index(level)) if level in levels else INK
-            curves.append(Curve(f"branches/{i}", frequency, size, colour, "dashed", 1.5))
+            curves.append(PlotCurve(f"branches/{i}", frequency, size, colour, "dashed", 1.5))
         told += [("predicted branches", INK, "dashed")] if near else []
         label = per_force_label(channel, run.channels[channel].quantity)
         y_axis = Axis.over(label, [np.zeros(1), *(curve.y for curve in curves)])
@@ -103,11 +103,11 @@ def response_plots(
     responses, errors, f = [], [], data.frequency_Hz
     noise = 100 * np.sqrt(np.real(np.diagonal(data.relative_covariance, axis1=1, axis2=2)))
     for o, channel in enumerate(data.channels):
-        curves = [Curve("measured", f, np.abs(data.H[:, o]), MEASURED, "point", 1.5, legend=True)]
-        gaps = [Curve("noise, one σ", f, noise[:, o], NOISE, size=1.2, legend=True)]
+        curves = [PlotCurve("measured", f, np.abs(data.H[:, o]), MEASURED, "point", 1.5, legend=True)]
+        gaps = [PlotCurve("noise, one σ", f, noise[:, o], NOISE, size=1.2, legend=True)]
         for kind, H in predicted.items():
-            curves.append(Curve(kind, f, np.abs(H[:, o]), KIND[kind], *KINDS[kind], legend=True))
-            gaps.append(Curve(kind, f, 100 * np.abs(H[:, o] / data.H[:, o] - 1), KIND[kind], size=1.2, legend=True))
+            curves.append(PlotCurve(kind, f, np.abs(H[:, o]), KIND[kind], *KINDS[kind], legend=True))
+            gaps.append(PlotCurve(kind, f, 100 * np.abs(H[:, o] / data.H[:, o] - 1), KIND[kind], size=1.2, legend=True))
         label = response_label(channel, units[channel])
         responses.append(Plot.over(channel, "frequency, Hz", label, curves, log="y"))
         label = f"relative error of {channel}, %"
@@ -140,7 +140,7 @@ def law_plot(bands: Mapping[str, LawBand]) -> Plot:
     for kind, band in bands.items():
         x, y, std = 1e6 * band.amplitude_m, 1e-6 * band.value, 1e-6 * band.std
         if np.any((y > up.ends[0]) & (y < up.ends[1])):
-            curves.append(Curve(kind, x, y, KIND[kind], KINDS[kind][0], 2.5, legend=True, std=std))
+            curves.append(PlotCurve(kind, x, y, KIND[kind], KINDS[kind][0], 2.5, legend=True, std=std))
         else:
             told.append((f"{kind}: {np.median(y):.3g}, off the axis", KIND[kind], ""))
     ends = np.array([1e6 * band.amplitude_m[[0, -1]] for band in bands.values()])

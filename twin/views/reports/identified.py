@@ -17,7 +17,7 @@ from twin.identify.polynomials import PolynomialFit, Polynomials
 from twin.rigs import LayerLawTable
 from twin.views.curves import LawBand, joint_name, law_in_lowest_mode, law_reach
 from twin.views.figures import plots_figure
-from twin.views.plot import Axis, Curve, Plot
+from twin.views.plot import Axis, Plot, PlotCurve
 from twin.views.plots import law_plot
 from twin.views.reports.answer import estimate_text
 from twin.views.style import AFTER, BEFORE, INK, level_colour
@@ -38,7 +38,7 @@ NAMES = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Parameter:
+class BaseParameter:
     """A linear parameter of the base family, as assumed and as identified."""
 
     parameter: str
@@ -56,17 +56,17 @@ class Parameter:
         return f"{self.parameter} {self.joint}".strip()
 
 
-def linear_parameters(linear: Mapping[str, Estimate | list[Estimate]], evidence: MeasuredData) -> list[Parameter]:
+def linear_parameters(linear: Mapping[str, Estimate | list[Estimate]], evidence: MeasuredData) -> list[BaseParameter]:
     """All linear parameters in the order of the model's vector, those of joints and modes one by one."""
     vector, _ = base_prior(nominal_parameters(evidence.rig, evidence.preload))
-    found: list[Parameter] = []
+    found: list[BaseParameter] = []
     for key, entry in linear.items():
         unit, relative = UNITS.get(key, ""), not key.endswith("loss_factor")
         scale = 1e-6 if unit else 1.0
         for number, estimate in enumerate(entry if isinstance(entry, list) else [entry]):
             of_mode, was = key == "modal_damping", float(vector[len(found)])
             found.append(
-                Parameter(
+                BaseParameter(
                     parameter=f"{NAMES[key]} {number + 1}" if of_mode else NAMES[key],
                     joint="" if of_mode else joint_name(evidence, number),
                     unit=unit, nominal=scale * float(np.exp(was) if relative else was),
@@ -77,7 +77,7 @@ def linear_parameters(linear: Mapping[str, Estimate | list[Estimate]], evidence:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Determined(Parameter):
+class Determined(BaseParameter):
     """How well the data determine one of them; deviations are of the logarithm where that is fitted."""
 
     beforehand: float
@@ -129,7 +129,7 @@ def _correlation(found: Identified, count: int) -> Array:
     return np.asarray(correlation)
 
 
-def parameter_table(rows: Sequence[Parameter], *, caption: str = "With one standard deviation") -> Table:
+def parameter_table(rows: Sequence[BaseParameter], *, caption: str = "With one standard deviation") -> Table:
     """Assumed and identified."""
     return Table(
         caption=caption,
@@ -248,11 +248,11 @@ def _polynomial_plots(found: Identified, polynomials: Polynomials, evidence: Mea
     plots = []
     for quantity, function in (("softening", "g1(X)"), ("loss", "g2(X)")):
         value, std = 1e-6 * seen.value[quantity], 1e-6 * seen.std[quantity]
-        curves = [Curve("model", 1e3 * seen.amplitude_m, value, AFTER, legend=True, std=std)]
+        curves = [PlotCurve("model", 1e3 * seen.amplitude_m, value, AFTER, legend=True, std=std)]
         for (name, fit), colour in zip(fits.items(), colours, strict=True):
             X = np.geomspace(min(seen.amplitude_m[0], 0.5 * fit.largest_amplitude_m), fit.largest_amplitude_m, 80)
             g = fit.softening_at(X) if quantity == "softening" else fit.loss_at(X)
-            curves.append(Curve(f"polynomials, {name}", 1e3 * X, 1e-6 * g, colour, "dashed", 1.5, legend=True))
+            curves.append(PlotCurve(f"polynomials, {name}", 1e3 * X, 1e-6 * g, colour, "dashed", 1.5, legend=True))
         across = f"amplitude X at {evidence.channels[evidence.reference]}, mm"
         x = Axis.over(across, [curve.x for curve in curves], log=True, margin=0.0)
         y = Axis.over(f"{function}, N/mm²", [np.zeros(1), value - std, value + std], margin=0.08)
@@ -284,14 +284,14 @@ def strength_figure(fit: PolynomialFit) -> Figure:
         ("L-curve", "norm of the residual", "norm of the solution", curve.residual_norm, curve.solution_norm),
         ("cross-validation", "strength λ", "left-out error, squared", curve.strength, curve.cross_validation),
     ):
-        curves = [Curve("", x, y, INK, size=1.6)]
+        curves = [PlotCurve("", x, y, INK, size=1.6)]
         for name, strength, colour in marks:
             at = [int(np.argmin(np.abs(curve.strength - strength)))]
-            curves.append(Curve(f"{name}: λ = {strength:.2g}", x[at], y[at], colour, "point", 6.0, legend=True))
+            curves.append(PlotCurve(f"{name}: λ = {strength:.2g}", x[at], y[at], colour, "point", 6.0, legend=True))
         plots.append(Plot.over(title, across, up, curves, log="xy"))
     costs = np.array([step.cost for step in fit.history])
     curves = [
-        Curve("", np.arange(len(costs)), costs, INK, kind, size) for kind, size in (("line", 1.6), ("point", 3.6))
+        PlotCurve("", np.arange(len(costs)), costs, INK, kind, size) for kind, size in (("line", 1.6), ("point", 3.6))
     ]
     plots.append(Plot.over("iterations", "iteration", "norm of the residual", curves, log="y"))
     return plots_figure(plots, columns=3, height_in=2.7)

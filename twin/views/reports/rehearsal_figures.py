@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from twin.identify.spectra.resonances import by_resonance
 from twin.views.drawing import dressed, panels
 from twin.views.figures import plots_figure
-from twin.views.plot import Curve, Plot
+from twin.views.plot import Plot, PlotCurve
 from twin.views.style import INK, level_colour
 
 Rows = Sequence[Mapping[str, Any]]
@@ -55,12 +55,12 @@ def responses_figure(steps: Rows, branches: Rows, channels: Sequence[str], force
             # Which way it went: both ways lie on each other where all is well.
             kind = next((way for way in ("up", "down") if sweep.endswith(f"-{way}")), "point")
             colour = colours[rows[0]["target_amplitude"]]
-            curves.append(Curve(f"{sweep}, each step", x, y, colour, kind, 3.3, legend=True))
+            curves.append(PlotCurve(f"{sweep}, each step", x, y, colour, kind, 3.3, legend=True))
         plots.append(Plot.over(channel, "frequency, Hz", f"|{channel}|{per}", curves, told=told))
     return plots_figure(plots, columns=len(plots), height_in=3.0, legend_columns=LEGEND_COLUMNS)
 
 
-def _branch_curves(branch: Mapping[str, Any], channel: str, colour: str) -> Iterator[Curve]:
+def _branch_curves(branch: Mapping[str, Any], channel: str, colour: str) -> Iterator[PlotCurve]:
     """A predicted curve per force in parts, dotted where no rig can stay."""
     x = np.array(branch["frequency_Hz"])
     y = np.array(branch["response"][channel]["amplitude"]) / branch["force_N"]
@@ -69,7 +69,7 @@ def _branch_curves(branch: Mapping[str, Any], channel: str, colour: str) -> Iter
     for end in np.append(np.flatnonzero(np.diff(stays)) + 1, len(x)):
         # Each part goes on to the next one's first point, so that the curve has no gaps.
         part = slice(begin, end + 1)
-        yield Curve("", x[part], y[part], colour, "line" if stays[begin] else "dotted", 1.5)
+        yield PlotCurve("", x[part], y[part], colour, "line" if stays[begin] else "dotted", 1.5)
         begin = end
 
 
@@ -108,11 +108,10 @@ def noise_figure(noise: Mapping[str, Any]) -> Figure:
     }  # fmt: skip
     plots = []
     for what, label in labels.items():
-        curves = [
-            Curve(name, np.array(noise["frequency_Hz"]), np.array(values), level_colour(channels.index(name)), size=1.2,
-                  legend=True)
-            for name, values in noise[what].items()
-        ]  # fmt: skip
+        frequency_Hz, curves = np.array(noise["frequency_Hz"]), []
+        for name, values in noise[what].items():
+            colour = level_colour(channels.index(name))
+            curves.append(PlotCurve(name, frequency_Hz, np.array(values), colour, size=1.2, legend=True))
         plots.append(Plot.over("", "frequency, Hz", label, curves, log="" if what == "coherence" else "y"))
     return plots_figure(plots, columns=1, height_in=1.9, sharex=True, height_ratios=[3, 3, 2])
 

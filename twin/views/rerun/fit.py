@@ -16,8 +16,8 @@ from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.spectra.sweeps import rows_by_sweep
 from twin.views.curves import compared_models, each_resonance
-from twin.views.plot import Axis, Curve, Plot, common_range
-from twin.views.plots import KINDS
+from twin.views.plot import Axis, Plot, PlotCurve, common_range
+from twin.views.plots import KINDS, LEAST
 from twin.views.receptance import per_force, reading_label
 from twin.views.reports.answer import residual_rows
 from twin.views.rerun.chart import Chart, draw_chart
@@ -26,8 +26,6 @@ from twin.views.style import INK, KIND, level_colour
 FULL = 1900.0
 """Width of a chart that has half a screen's height and most of its width."""
 FAINT = "#3a3f46"
-LEAST = 0.01
-"""Residuals below this are drawn at it, in standard deviations."""
 
 
 def residual_table(diagnosis: Diagnosis) -> dict[tuple[str, int, str], tuple[float, float]]:
@@ -105,8 +103,8 @@ def draw_backbones(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[
         curves, told = [], []
         for kind in ("measured", *compared_models(diagnosis)):
             x, y = _tops(about, kind, evidence.reference, output.quantity)
-            curves.append(Curve(f"{kind}/line", x, y, KIND[kind], KINDS[kind][0], 1.5))
-            curves.append(Curve(f"{kind}/points", x, y, KIND[kind], "point", 5.0 if kind == "measured" else 3.0))
+            curves.append(PlotCurve(f"{kind}/line", x, y, KIND[kind], KINDS[kind][0], 1.5))
+            curves.append(PlotCurve(f"{kind}/points", x, y, KIND[kind], "point", 5.0 if kind == "measured" else 3.0))
             told.append((kind, KIND[kind], KINDS[kind][0]))
         title = f"Backbone at {output.channel}" + (f", {name}" if name else "")
         label = reading_label(output.channel, output.quantity)
@@ -155,11 +153,11 @@ def draw_l_curve(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spa
     drawn = []
     for kind, curve in curves.items():
         style, x, y = KINDS[kind][0], curve.residual_norm, curve.solution_norm
-        drawn.append(Curve(kind, x, y, KIND[kind], style, legend=True))
+        drawn.append(PlotCurve(kind, x, y, KIND[kind], style, legend=True))
         for name, strength, size in (("corner", curve.corner, 3.0), ("fit", 1.0, 6.0)):
             if curve.strength[0] <= strength <= curve.strength[-1]:
                 at = [int(np.argmin(np.abs(np.log(curve.strength / strength))))]
-                drawn.append(Curve(f"{kind}/{name}", x[at], y[at], KIND[kind], "point", size))
+                drawn.append(PlotCurve(f"{kind}/{name}", x[at], y[at], KIND[kind], "point", size))
     told = [("large: the fit, small: the corner", INK, "point")]
     plot = Plot.over(
         "L-curves of the last fits", "residual: root of chi²", "departure from the prior, in its σ", drawn, told=told,
@@ -174,8 +172,8 @@ def draw_history(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spa
     for kind, fitted_model in compared_models(diagnosis).items():
         history = np.array(fitted_model.solution.history)
         steps, style = np.arange(len(history)), KINDS[kind][0]
-        curves.append(Curve(kind, steps, history, KIND[kind], style, legend=True))
-        curves.append(Curve(f"{kind}/points", steps, history, KIND[kind], "point", 3.0))
+        curves.append(PlotCurve(kind, steps, history, KIND[kind], style, legend=True))
+        curves.append(PlotCurve(f"{kind}/points", steps, history, KIND[kind], "point", 3.0))
     plot = Plot.over(
         "Last fits, iteration by iteration", "iteration", "cost: chi² with the prior's part", curves, log="y"
     )

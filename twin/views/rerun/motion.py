@@ -12,7 +12,7 @@ from twin.identify.measured_data import MeasuredData
 from twin.structure import DrawnPart, drawn_parts
 from twin.views.curves import sensor_places
 from twin.views.operating import JointMotion, Motion
-from twin.views.plot import Axis, Curve, Plot
+from twin.views.plot import Axis, Plot, PlotCurve
 from twin.views.rerun.chart import Chart, draw_chart
 from twin.views.rig_figure import drawn_larger, extent
 from twin.views.style import INK, level_colour, on_dark
@@ -133,7 +133,7 @@ def draw_loops(recording: rr.RecordingStream, motions: Sequence[Motion], number:
         for i, motion in enumerate(motions):
             own = motion.joints[number]
             moved, force = (own.farthest, own.shear_N) if name == "slip" else (own.widest, own.peel_N)
-            curves.append(Curve(f"{i}", 1e3 * np.real(moved * turned), np.real(force * turned), level_colour(i)))
+            curves.append(PlotCurve(f"{i}", 1e3 * np.real(moved * turned), np.real(force * turned), level_colour(i)))
             told.append((motion.title, level_colour(i), "line"))
         plot = Plot.over(title, x_label, y_label, curves, told=told, margin=0.1)
         views.append(draw_chart(recording, f"/loops/{joint}/{name}", plot))

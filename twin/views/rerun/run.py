@@ -14,7 +14,7 @@ from twin.arrays import Array
 from twin.identify.spectra.spectrum import broadband_records, h1, is_impact_test
 from twin.views.curves import SteppedSweep, each_resonance, parted, stepped_sweeps
 from twin.views.extremes import extremes
-from twin.views.plot import Curve, Plot
+from twin.views.plot import Plot, PlotCurve
 from twin.views.plots import stepped_plots
 from twin.views.receptance import farthest_response, per_force, reading_label, response_label
 from twin.views.rerun.chart import draw_chart
@@ -159,10 +159,10 @@ def _backbone(
         tops.append((float(sweep.frequency_Hz[top]), float(displacement[top])))
     x, y = np.array(sorted(tops, key=lambda top: top[1])).T
     levels = list(dict.fromkeys(sweep.level for sweep in shown))
-    curves, told = [Curve("line", x, y, INK, "dashed", 1.0)], []
+    curves, told = [PlotCurve("line", x, y, INK, "dashed", 1.0)], []
     for sweep, (frequency, size) in zip(shown, tops, strict=True):
         colour = level_colour(levels.index(sweep.level))
-        curves.append(Curve(sweep.name, np.array([frequency]), np.array([size]), colour, "point", 5.0))
+        curves.append(PlotCurve(sweep.name, np.array([frequency]), np.array([size]), colour, "point", 5.0))
         told.append((sweep.level, colour, "point"))
     plot = Plot.over(
         f"Backbone, {channel}", "frequency of the largest step, Hz", reading_label(channel, farthest.quantity), curves,
@@ -185,7 +185,7 @@ def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spati
             seen = (estimate.coherence[channel] > 0.5) & (estimate.frequency_Hz > 0)
             last = np.flatnonzero(seen)[-1] + 1 if seen.any() else 1
             size = np.where(seen, np.abs(estimate.H[channel]), np.nan)[:last]
-            curves.append(Curve(name, estimate.frequency_Hz[:last], size, level_colour(i), size=1.5, legend=True))
+            curves.append(PlotCurve(name, estimate.frequency_Hz[:last], size, level_colour(i), size=1.5, legend=True))
         label = response_label(channel, run.channels[channel].unit, force)
         across = "frequency, Hz (where the coherence is above 0.5)"
         plot = Plot.over(f"H1, {channel}", across, label, curves, log="y")

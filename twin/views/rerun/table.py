@@ -10,7 +10,7 @@ import rerun.blueprint as rrb
 from recordings.quantities import quantity
 from recordings.tables import FrequencyTable, SweepTable
 from twin.arrays import Array
-from twin.views.plot import Curve, Plot
+from twin.views.plot import Plot, PlotCurve
 from twin.views.receptance import per_force
 from twin.views.rerun.chart import draw_chart
 from twin.views.rerun.rrd import recording_file, send_layout
@@ -54,8 +54,8 @@ def _chart(recording: rr.RecordingStream, table: SweepTable, name: str, label: s
         rows = rows[np.isfinite(values[rows])]
         rising = rows[np.argsort(table.frequency_Hz[rows], kind="stable")]
         x, y, colour = table.frequency_Hz[rising], values[rising], level_colour(i)
-        curves.append(Curve(f"{level:g}", x, y, colour, size=1.5))
-        curves.append(Curve(f"{level:g}/steps", x, y, colour, "point", 3.0))
+        curves.append(PlotCurve(f"{level:g}", x, y, colour, size=1.5))
+        curves.append(PlotCurve(f"{level:g}/steps", x, y, colour, "point", 3.0))
         told.append((f"level {level:g}", colour, ""))
     if len(levels) > 12:  # more find no room in the legend
         told = []
@@ -70,7 +70,7 @@ def _frequencies(recording: rr.RecordingStream, table: FrequencyTable) -> Any:
     for i, state in enumerate(states):
         rows = np.flatnonzero([s == state for s in table.preload]) if table.preload else np.arange(len(table))
         colour, x = level_colour(i) if len(states) > 1 else MEASURED, table.mode[rows].astype(float)
-        curves.append(Curve(state or "measured", x, table.frequency_Hz[rows], colour, "point", 5.0, legend=True))
+        curves.append(PlotCurve(state or "measured", x, table.frequency_Hz[rows], colour, "point", 5.0, legend=True))
     return draw_chart(recording, "/frequencies", Plot.over("natural frequencies", "mode", "frequency, Hz", curves))
 
 
