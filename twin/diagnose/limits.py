@@ -85,7 +85,7 @@ class Limits:
     slider_in_noise_least: float = -15.0
     slider_in_noise_most: float = 15.0
     """Logarithms of the odds of slipping between which it is sought."""
-    # spread_over_places.py
+    # marginal_posterior.py
     negligible_nats: float = 7.0
     """Below the largest part of a posterior, what adds a thousandth."""
     beside_iterations: int = 6

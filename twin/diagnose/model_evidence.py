@@ -16,8 +16,8 @@ from twin.arrays import Array
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.marginal_likelihood import MarginalLikelihood
+from twin.diagnose.marginal_posterior import marginal_over_places
 from twin.diagnose.residual_columns import ResidualColumns
-from twin.diagnose.spread_over_places import over_places
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.error_model import (
@@ -57,9 +57,9 @@ def unexplained(
 def with_spread(
     evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, tolerances: ResidualColumns
 ) -> FittedModel:
-    """The model at its causes' most probable places, with the causes' standard deviations, see :func:`over_places`."""
+    """The model at its causes' most probable places, with their deviations, see :func:`marginal_over_places`."""
     problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, errors=model.errors)
-    problem, spread = over_places(problem, tolerances)
+    problem, spread = marginal_over_places(problem, tolerances)
     return replace(model, baseline=problem.start, hypotheses=problem.hypotheses(problem.x0, spread))
 
 

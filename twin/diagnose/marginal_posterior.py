@@ -1,4 +1,4 @@
-"""Standard deviations of a cause over all its places: where data hardly tell the place, no Gaussian about one holds."""
+"""Marginal posterior of a cause's place: where data hardly tell it, no Gaussian about the fitted one holds."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.posterior import temperature
 from twin.diagnose.residual_columns import ResidualColumns
 
-__all__ = ["over_places"]
+__all__ = ["marginal_over_places"]
 
 
-def over_places(problem: FitProblem, tolerances: ResidualColumns | None) -> tuple[FitProblem, Array]:
+def marginal_over_places(problem: FitProblem, tolerances: ResidualColumns | None) -> tuple[FitProblem, Array]:
     """The problem at the most probable places of its causes, and standard deviations (n,) of the unknowns about it.
 
     The posterior's variance, integrated over all that a sound rig may have, and the square of how far its mean is

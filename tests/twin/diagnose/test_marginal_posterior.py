@@ -10,9 +10,9 @@ import pytest
 from recordings import read_run
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fit_model, modification_of
 from twin.diagnose.marginal_likelihood import MarginalLikelihood
+from twin.diagnose.marginal_posterior import marginal_over_places
 from twin.diagnose.models import CAUSES
 from twin.diagnose.posterior import temperature
-from twin.diagnose.spread_over_places import over_places
 from twin.identify.base_fit import starting_baseline
 from twin.identify.measured_data import gather_data
 from twin.identify.residuals.residual_model import ResidualModel
@@ -54,7 +54,7 @@ def told(problem, spread):
 
 def test_a_place_hardly_told_is_as_uncertain_as_all_places_together_leave_it(evidence_of):
     evidence = evidence_of(5e-5)
-    place, std = told(*over_places(found_in(evidence, 5e-5), None))
+    place, std = told(*marginal_over_places(found_in(evidence, 5e-5), None))
     grid = np.linspace(0.225, 0.36, 10)  # about the mode that was fitted
     log_density = []
     for position_m in grid:
@@ -70,7 +70,7 @@ def test_a_place_hardly_told_is_as_uncertain_as_all_places_together_leave_it(evi
 def test_a_place_told_well_is_as_uncertain_as_its_own_neighbourhood_leaves_it(evidence_of):
     evidence = evidence_of(0.02)
     problem = found_in(evidence, 0.02)
-    place, std = told(*over_places(problem, None))
+    place, std = told(*marginal_over_places(problem, None))
     step = MarginalLikelihood(problem, None).at(problem.errors)
     number = [p.name for _, p in problem.slots].index("position_m")
     x = problem.count + number
