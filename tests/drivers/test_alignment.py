@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from test_acquisition import take
-from test_classic_can import instruments as classic
 from virtual_rig import FilteredSine, served
 
 from drivers.host import open_instruments
@@ -45,7 +44,7 @@ def test_a_sine_is_in_phase_across_devices(frames, clock, tmp_path):
     with served(
         FilteredSine(RATE_Hz), serial=True, can_bus=f"unixbus:{tmp_path}/bus", can_frames=frames, faults=faults
     ) as rig:
-        settings = classic(rig) if frames == "classic" else rig.instruments()
+        settings = rig.on_classic_can() if frames == "classic" else rig.instruments()
         with (
             open_instruments(settings) as acquisition,
             RunWriter(out, info={"source": "simulated"}, channels=acquisition.channels) as writer,

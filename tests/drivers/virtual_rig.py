@@ -140,6 +140,12 @@ class Served:
             devices.append({"name": "meter", "address": self.meter, "kind": "meter"})
         return Instruments.model_validate({"device": devices, **self.patience, **options})
 
+    def on_classic_can(self) -> Instruments:
+        """The same with the node's messages in frames of eight bytes."""
+        settings = self.instruments().model_dump(mode="json", exclude_none=True)
+        settings["device"][1]["frames"] = "classic"
+        return Instruments.model_validate(settings)
+
 
 @contextmanager
 def served(

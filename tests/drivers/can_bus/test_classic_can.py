@@ -17,7 +17,6 @@ from virtual_rig import CHANNELS, PATIENCE_S, FilteredSine, served
 from drivers.can_dialect import ClassicDialect, Message, unwrap
 from drivers.can_protocol import NO_PULSE, CanCommand, ChannelInfo, Heartbeat, Reply, Status, TimeSync, read_dbc
 from drivers.host import open_instruments
-from drivers.instruments import Instruments
 from drivers.virtual.bus_time import classic_frame_seconds
 from drivers.virtual.decimation import HALF_LENGTH, Decimator
 from recordings.streams import Excitation
@@ -157,12 +156,6 @@ Datagrams get lost, and a serial adapter has no end, at the speed with which a r
 """
 
 
-def instruments(rig) -> Instruments:
-    settings = rig.instruments().model_dump(mode="json", exclude_none=True)
-    settings["device"][1]["frames"] = "classic"
-    return Instruments.model_validate(settings)
-
-
 @pytest.mark.parametrize(("interface", "rate_Hz", "decimation"), RATES)
 def test_line_and_classic_can_are_one_acquisition(interface, rate_Hz, decimation, request, tmp_path):
     if interface == "udp_multicast":
@@ -170,7 +163,7 @@ def test_line_and_classic_can_are_one_acquisition(interface, rate_Hz, decimation
     where = {"virtual": "classic", "udp_multicast": "239.74.163.13"}.get(interface, f"{tmp_path}/bus")
     with (
         served(FilteredSine(rate_Hz), tcp=True, can_bus=f"{interface}:{where}", can_frames="classic") as rig,
-        open_instruments(instruments(rig)) as acquisition,
+        open_instruments(rig.on_classic_can()) as acquisition,
     ):
         assert acquisition.set_sample_rate(rate_Hz) == rate_Hz
         acquisition.start()
