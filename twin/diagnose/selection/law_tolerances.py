@@ -54,10 +54,11 @@ def law_tolerances(
     steps = residual_model.evidence.steps
     response = steps.response[:, residual_model.evidence.reference, 0]
     log_amplitude = np.log(np.abs(response) / steps.omega**2)
+    motion = np.column_stack([log_amplitude, np.angle(response / steps.force[:, 0])])
+    along = _along_layers(residual_model)
     return of_openings, [
-        _of_laws(residual_model, baseline),
-        _of_added(residual_model, baseline, np.column_stack([log_amplitude, np.angle(response / steps.force[:, 0])])),
-        *_of_harmonics(residual_model, baseline, log_amplitude[:, None]),
+        *_of_stiffness(residual_model, baseline, along, motion),
+        *_of_harmonics(residual_model, baseline, along, log_amplitude[:, None]),
     ]
 
 
@@ -90,37 +91,31 @@ def _of_steps(residual_model: ResidualModel, columns: Array) -> ResidualColumns:
     return replace(_none(residual_model, steps.shape[2]), steps=steps)
 
 
-def _of_laws(residual_model: ResidualModel, baseline: BaselineParameters) -> ResidualColumns:
-    """What a law takes off the stiffness and what it loses differ along the layer, as the bolt's pressure does.
+def _of_stiffness(
+    residual_model: ResidualModel, baseline: BaselineParameters, along: Array, coordinates: Array
+) -> list[ResidualColumns]:
+    """What a joint takes off its stiffness, and loses, errs in two ways, by the third harmonic's error at a point.
 
-    By the error of a point's share in the third harmonic, which hangs on the same.
+    The law differs along the layer, as the bolt's pressure does; and what harmonics add to the fundamental's stiffness
+    errs as they do, smoothly with the motion, at points of which there are many.
     """
-    along = _along_layers(residual_model)
 
     def of_ports(balance: Balance) -> Array:
         count, law = len(along), balance.stiffness - balance.more
-        found = np.zeros((*law.shape, 2 * along.shape[1]), complex)
+        found = np.zeros((*law.shape, 2 * along.shape[1] + 1), complex)
         for number, ports in enumerate((slice(count), slice(count, 2 * count))):  # openings, then slips
             own = slice(number * along.shape[1], (number + 1) * along.shape[1])
             found[:, ports, own] = law[:, ports, None] * along
+        found[:, :, -1] = balance.more
         return found
 
-    return _of_steps(residual_model, OF_RESIDUALS.share_error[0] * by_stiffness(residual_model, baseline, of_ports))
-
-
-def _of_added(residual_model: ResidualModel, baseline: BaselineParameters, coordinates: Array) -> ResidualColumns:
-    """What harmonics add to the fundamental's stiffness errs as they do, smoothly with the motion.
-
-    By the error of the third one's share at each point, which are many.
-    """
-    error = OF_RESIDUALS.share_error[0] / np.sqrt(max(len(residual_model.points), 1))
-    added = by_stiffness(residual_model, baseline, lambda balance: balance.more[:, :, None])
-    columns = error * added * smooth_columns(coordinates)[:, None]
-    return _of_steps(residual_model, np.concatenate([columns, 1j * columns], axis=2))
+    felt = OF_RESIDUALS.share_error[0] * by_stiffness(residual_model, baseline, of_ports)
+    added = felt[:, :, -1:] / np.sqrt(max(len(along), 1)) * smooth_columns(coordinates)[:, None]
+    return [_of_steps(residual_model, each) for each in (felt[:, :, :-1], np.concatenate([added, 1j * added], axis=2))]
 
 
 def _of_harmonics(
-    residual_model: ResidualModel, baseline: BaselineParameters, coordinates: Array
+    residual_model: ResidualModel, baseline: BaselineParameters, along: Array, coordinates: Array
 ) -> list[ResidualColumns]:
     """Odd harmonics err smoothly with the amplitude, beside each point's share on its own.
 
@@ -131,7 +126,7 @@ def _of_harmonics(
     if harmonics is None:
         return []
     curves = smooth_columns(coordinates)
-    shared = np.moveaxis(harmonics.shares @ _along_layers(residual_model), 3, 0)
+    shared = np.moveaxis(harmonics.shares @ along, 3, 0)
     for each in (friction_harmonics(residual_model, baseline, harmonics.orders), *shared):
         for order in np.flatnonzero(np.any(each, axis=(0, 2))):
             columns = np.zeros((*each.shape, 2 * curves.shape[1]), complex)
