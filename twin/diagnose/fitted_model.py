@@ -1,7 +1,5 @@
 """A model on trial: the base family with causes at given values, fitted together, and how probable the data make it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
@@ -101,14 +99,12 @@ class FitProblem:
     errors
         What the model may be wrong by beside the noise; as sound rigs' by default.
     held
-        Parameter of the last cause that keeps its value.
+        Number of a cause, and the name of its parameter that keeps its value.
     frozen
         Whether all causes keep theirs.
 
     Attributes
     ----------
-    given : tuple of CauseHypothesis
-        The hypotheses to begin from.
     x0 : ndarray, (n,)
         The vector at the start.
     mean, precision : ndarray, (n,) and (n, n)
@@ -125,17 +121,17 @@ class FitProblem:
         hypotheses: tuple[CauseHypothesis, ...],
         *,
         errors: ErrorModel | None = None,
-        held: str = "",
+        held: tuple[int, str] | None = None,
         frozen: bool = False,
     ) -> None:
         self.evidence, self.harmonics, self.start = evidence, harmonics, start
         self.errors = errors or sound_errors(evidence)
-        self.given = hypotheses
+        self._hypotheses = hypotheses
         self.slots = [
             (i, p)
             for i, hypothesis in enumerate(hypotheses)
             for p in hypothesis.cause.parameters(evidence, hypothesis.label)
-            if not (frozen or p.is_known or (i == len(hypotheses) - 1 and p.name == held))
+            if not (frozen or p.is_known or (i, p.name) == held)
         ]
         self.count = len(start.vector)
         self.x0 = np.concatenate([start.vector, [hypotheses[i].values[p.name] / p.scale for i, p in self.slots]])
@@ -154,10 +150,6 @@ class FitProblem:
         self.mean = np.concatenate([base_mean, [p.prior[0] for _, p in self.slots]])
         self.precision = np.diag(np.concatenate([np.zeros(self.count), [p.prior[1] for _, p in self.slots]]))
         self.precision[: self.count, : self.count] = base_precision
-
-    def begun_at(self, x: Array) -> FitProblem:
-        """The same problem, with all unknowns free, begun at another vector."""
-        return FitProblem(self.evidence, self.harmonics, self.baseline(x), self.hypotheses(x), errors=self.errors)
 
     def more_precision(self, errors: ErrorModel) -> Array:
         """What another roughness of the joints' laws and other shifts add to the precision (n, n)."""
@@ -211,15 +203,15 @@ class FitProblem:
 
     def hypotheses(self, x: Array, spread: Array | None = None) -> tuple[CauseHypothesis, ...]:
         """The causes with their values, and with their standard deviations where those of the vector are given."""
-        tables: list[dict[str, float]] = [dict(hypothesis.values) for hypothesis in self.given]
-        errors: list[dict[str, float]] = [{} for _ in self.given]
+        tables: list[dict[str, float]] = [dict(hypothesis.values) for hypothesis in self._hypotheses]
+        errors: list[dict[str, float]] = [{} for _ in self._hypotheses]
         for k, (i, p) in enumerate(self.slots):
             tables[i][p.name] = float(x[self.count + k] * p.scale)
             if spread is not None:
                 errors[i][p.name] = p.spread(tables[i][p.name], float(spread[self.count + k] * p.scale))
         return tuple(
             replace(hypothesis, values=table, std=error)
-            for hypothesis, table, error in zip(self.given, tables, errors, strict=True)
+            for hypothesis, table, error in zip(self._hypotheses, tables, errors, strict=True)
         )
 
     def residual_model(self, x: Array) -> ResidualModel | FrequencyModel:
@@ -288,7 +280,7 @@ def fit_model(
     iterations: int = 12,
     tolerance: float = 0.1,
     rounds: int = LIMITS.base_fit_reweighted,
-    held: str = "",
+    held: tuple[int, str] | None = None,
     frozen: bool = False,
 ) -> FittedModel:
     """Fit the base family together with the causes' parameters, at one model error.

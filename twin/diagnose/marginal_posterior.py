@@ -28,16 +28,15 @@ def marginal_over_places(problem: FitProblem, tolerances: ResidualColumns | None
     problem
         At a fit, see :attr:`FitProblem.x0`.
     """
+    here = _Expansion.about(problem, tolerances)
     told: dict[int, float] = {}
     for number, (cause, parameter) in enumerate(problem.slots, problem.count):
         if parameter.is_location and not parameter.is_threshold:
-            problem, spread = _over_places(problem, tolerances, number, cause, parameter)
-            own = [k for k, (i, _) in enumerate(problem.slots, problem.count) if i == cause]
-            told.update(zip(own, spread[own], strict=True))
-    here = _Expansion.about(problem, tolerances)
+            here, spread = _over_places(here, tolerances, number, cause, parameter)
+            told |= {k: spread[k] for k, (i, _) in enumerate(problem.slots, problem.count) if i == cause}
     spread = np.sqrt(np.diag(here.covariance) + here.step**2)
     spread[list(told)] = list(told.values())
-    return problem, spread
+    return here.problem, spread
 
 
 @dataclass(frozen=True)
@@ -83,33 +82,29 @@ class _Expansion:
         if not lower[number] <= problem.x0[number] + away <= upper[number]:
             return None
         along = self.covariance[:, number] / self.covariance[number, number]
-        begun = problem.begun_at(np.clip(problem.moved(problem.x0, along * away), lower, upper))
-        *others, own = (*begun.given[:cause], *begun.given[cause + 1 :], begun.given[cause])
+        x = np.clip(problem.moved(problem.x0, along * away), lower, upper)
         fit = fit_model(
-            problem.evidence, problem.harmonics, begun.start, (*others, own), errors=problem.errors,
-            iterations=LIMITS.beside_iterations, tolerance=2.0, rounds=0, held=parameter.name,
+            problem.evidence, problem.harmonics, problem.baseline(x), problem.hypotheses(x), errors=problem.errors,
+            iterations=LIMITS.beside_iterations, tolerance=2.0, rounds=0, held=(cause, parameter.name),
         )  # fmt: skip
-        *others, own = fit.hypotheses
-        hypotheses = (*others[:cause], own, *others[cause:])
-        return FitProblem(problem.evidence, problem.harmonics, fit.baseline, hypotheses, errors=problem.errors)
+        return FitProblem(problem.evidence, problem.harmonics, fit.baseline, fit.hypotheses, errors=problem.errors)
 
 
 def _over_places(
-    problem: FitProblem, tolerances: ResidualColumns | None, number: int, cause: int, parameter: Parameter
-) -> tuple[FitProblem, Array]:
-    """The problem at the likeliest of a cause's places on either side, and standard deviations (n,) about it.
+    here: _Expansion, tolerances: ResidualColumns | None, number: int, cause: int, parameter: Parameter
+) -> tuple[_Expansion, Array]:
+    """The likeliest of a cause's places here and on either side, and standard deviations (n,) about it.
 
     Differences between places say as little as those between causes do, see :func:`temperature`.
     """
-    overstated = temperature(problem.evidence)
-    here = _Expansion.about(problem, tolerances)
+    overstated = temperature(here.problem.evidence)
     apart = (parameter.upper - parameter.lower) / parameter.scale / (2 * len(parameter.starts))
     sigma = float(np.sqrt(here.covariance[number, number]))
     step, variance = here.given(number)
     if max(sigma, abs(here.step[number])) < apart:  # no farther places are needed to tell it
         step, variance = here.step, np.diag(here.covariance)
     log_masses = [here.log_density(number) + np.log(min(apart, np.sqrt(2 * np.pi) * sigma))]
-    problems, means, variances = [problem], [problem.x0 + step], [variance]
+    places, means, variances = [here], [here.problem.x0 + step], [variance]
     for away in (apart, -apart):
         last = here
         while (beside := last.beside(number, cause, parameter, away)) is not None:
@@ -119,10 +114,10 @@ def _over_places(
                 break
             step, variance = last.given(number)
             log_masses.append(log_mass)
-            problems.append(beside)
+            places.append(last)
             means.append(beside.x0 + step)
             variances.append(variance)
-    best = problems[int(np.argmax(log_masses))]
+    best = places[int(np.argmax(log_masses))]
     weights = np.exp((np.array(log_masses) - max(log_masses)) / overstated)
-    about = np.array(variances) + (np.array(means) - best.x0) ** 2
+    about = np.array(variances) + (np.array(means) - best.problem.x0) ** 2
     return best, np.asarray(np.sqrt(weights @ about / weights.sum()))

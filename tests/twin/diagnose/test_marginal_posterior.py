@@ -41,7 +41,7 @@ def evidence_of(campaign):
     return evidence_of
 
 
-def found_in(evidence, mass_kg, position_m=PLACE_m, held=""):
+def found_in(evidence, mass_kg, position_m=PLACE_m, held=None):
     """The problem at its fit, with one place held or with all free."""
     fit = fit_model(evidence, None, starting_baseline(evidence), (mass(mass_kg, position_m),), held=held)
     return FitProblem(evidence, None, fit.baseline, fit.hypotheses, held=held)
@@ -58,7 +58,7 @@ def test_a_place_hardly_told_is_as_uncertain_as_all_places_together_leave_it(evi
     grid = np.linspace(0.225, 0.36, 10)  # about the mode that was fitted
     log_density = []
     for position_m in grid:
-        problem = found_in(evidence, 5e-5, position_m, held="position_m")
+        problem = found_in(evidence, 5e-5, position_m, held=(0, "position_m"))
         log_density.append(MarginalLikelihood(problem, None).at(problem.errors).log_likelihood)
     weights = np.exp((np.array(log_density) - max(log_density)) / temperature(evidence))
     expected = np.sqrt(weights @ (grid - place) ** 2 / weights.sum())

@@ -154,7 +154,7 @@ def _along_the_structure(search: Search, model: FittedModel) -> tuple[Array, Arr
             last = neighbour.hypotheses[-1]
             moved = replace(last, values=_moved(evidence, last, float(places[i])))
             neighbour = fit_model(
-                evidence, harmonics, neighbour.baseline, (moved,), iterations=8, tolerance=2.0, held="position_m"
+                evidence, harmonics, neighbour.baseline, (moved,), iterations=8, tolerance=2.0, held=(0, "position_m")
             )
             left[i] = neighbour.chi2_per_dof
     return places, left

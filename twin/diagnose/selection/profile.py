@@ -65,7 +65,7 @@ def _along(
             errors=fit.errors,
             tolerance=0.5,
             rounds=0,
-            held=threshold.name,
+            held=(len(before), threshold.name),
         )
         best = min(best, found, key=lambda each: each.solution.cost)
         failed = failed + 1 if found.solution.cost > LIMITS.profile_hopeless * best.solution.cost else 0

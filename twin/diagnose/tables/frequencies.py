@@ -362,7 +362,7 @@ class _Frequencies:
             assert position is not None
             start = {"mass_kg": sensor.mass - LIMITS.light_sensor_kg, "position_m": position}
             there = CauseHypothesis(CAUSES["added-mass"], {} if passable else {"part": place.part}, start, {})
-            asked = fit_model(lighter, None, self.search.base.baseline, (there,), held="position_m")
+            asked = fit_model(lighter, None, self.search.base.baseline, (there,), held=(0, "position_m"))
             (mass,) = asked.hypotheses
             error = rms(np.log(lighter.frequency_Hz / replace(self, evidence=lighter).all_predicted(without)))
             notes.append(

@@ -42,7 +42,8 @@ def tried(monkeypatch):
     values = []
 
     def fit_model(evidence, harmonics, baseline, hypotheses, *, held, **options):
-        value = hypotheses[-1].values[held]
+        cause, name = held
+        value = hypotheses[cause].values[name]
         values.append(value)
         return Fit(hypotheses, cost(value))
 
