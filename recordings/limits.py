@@ -15,8 +15,9 @@ class Limits:
     ----------
     values
         Samples of a file, all channels together (NaN in the place of lost ones included).
-    held_bytes
-        Decoded samples that are kept in memory: half a minute of the four channels, more than a window has.
+    held_samples
+        Of a channel, that are kept in memory with those of the other channels beside them: half a minute of the four
+        channels, more than a window has.
     messages
         Messages of all topics.
     fields
@@ -34,7 +35,7 @@ class Limits:
     """
 
     values: int = 1 << 29
-    held_bytes: int = 16 << 20
+    held_samples: int = 1 << 20
     messages: int = 2_000_000
     fields: int = 20_000_000
     record_bytes: int = 128 << 20

@@ -22,6 +22,7 @@ __all__ = [
     "Step",
     "StepState",
     "pieces",
+    "side_by_side",
 ]
 
 STAMP_ROUNDING_ns = 1.5
@@ -209,6 +210,17 @@ class DeviceSamples:
         off_ns = np.abs(measured_ns - nominal_ns)
         is_clock = (off_ns * steps > STAMP_ROUNDING_ns) & (off_ns < CLOCK_ERROR * nominal_ns)
         return np.asarray(np.where(is_clock, measured_ns, nominal_ns))
+
+
+def side_by_side(device: DeviceSamples, start: int = 0, stop: int | None = None) -> Iterator[tuple[str, NDArray[Any]]]:
+    """The :func:`pieces` of every channel of a device, each with its name, the first of all before the second of any.
+
+    A block has the samples of all channels: so it is read once, not once for each channel.
+    """
+    stop = len(device) if stop is None else stop
+    for at in range(start, stop, PIECE):
+        for name, samples in device.values.items():
+            yield name, samples[at : min(at + PIECE, stop)]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -48,13 +48,13 @@ class BlockStore:
     stream
         The file.
     limits
-        `held_bytes` bounds what is kept.
+        `held_samples` bounds what is kept.
     """
 
     def __init__(self, path: Path, stream: BinaryIO, limits: Limits) -> None:
         self._path, self._stream, self._limits = path, stream, limits
         self._kept: OrderedDict[tuple[int, int], Series] = OrderedDict()
-        self._kept_bytes = 0
+        self._kept_samples = 0
         self._data: tuple[int, bytes] = (-1, b"")
         self._layouts: dict[int, Layout] = {}
         self._lock = threading.Lock()
@@ -97,9 +97,9 @@ class BlockStore:
 
     def _keep(self, at: tuple[int, int], series: Series) -> None:
         self._kept[at] = series
-        self._kept_bytes += _size(series)
-        while self._kept_bytes > self._limits.held_bytes and len(self._kept) > 1:
-            self._kept_bytes -= _size(self._kept.popitem(last=False)[1])
+        self._kept_samples += _size(series)
+        while self._kept_samples > self._limits.held_samples and len(self._kept) > 1:
+            self._kept_samples -= _size(self._kept.popitem(last=False)[1])
 
     def _message(self, chunk: int, position: int) -> bytes:
         if position < 0:
@@ -252,4 +252,4 @@ def _opened(path: Path, limits: Limits) -> BlockStore:
 
 
 def _size(series: Series) -> int:
-    return sum(each.nbytes for each in series.values())
+    return len(next(iter(series.values()), ()))

@@ -15,13 +15,15 @@ import pytest
 from google.protobuf.internal.encoder import _VarintBytes
 from recording_builders import INFO, block_at, write_run
 
+import recordings.run
 from recordings import Channel, InputError, Limits, RunWriter, read_run
+from recordings.container import stored
 from recordings.container.assemble import Assembler
 from recordings.container.messages import decode_block, decode_series, encode_block
 from recordings.container.stored import with_samples
-from recordings.run import pieces
+from recordings.run import pieces, side_by_side
 
-FEW = Limits(held_bytes=8192, gap_fill=300)
+FEW = Limits(held_samples=1024, gap_fill=300)
 """Four blocks are kept, so that nearly all is read again."""
 
 
@@ -65,6 +67,19 @@ def test_every_window_is_that_of_an_array_to_the_bit(disordered):
         assert bits(samples[10:700:7]) == bits(expected[10:700:7])
         assert bits(samples[::-3]) == bits(expected[::-3])
         assert samples[-1] == expected[-1]
+
+
+def test_side_by_side_every_block_is_decoded_once(disordered, monkeypatch):
+    path, held = disordered
+    device, decoded = read_run(path, limits=FEW).devices["daq"], []
+    monkeypatch.setattr(recordings.run, "PIECE", 500)
+    monkeypatch.setattr(stored, "decode_series", lambda *given: decoded.append(1) or decode_series(*given))
+    seen = {name: [] for name in device.values}
+    for name, piece in side_by_side(device, 100, 9000):
+        seen[name].append(piece)
+    for name, expected in held.values.items():
+        assert bits(np.concatenate(seen[name])) == bits(expected[100:9000])
+    assert 0 < len(decoded) <= len(device.block_start)
 
 
 def test_turned_and_mended_samples_are_those_of_an_array(disordered):
@@ -136,7 +151,7 @@ import numpy as np
 from drivers.virtual.recorded import RecordedSource
 from recordings import Channel, RunWriter, SampleBlock, check_run, read_run
 from recordings.convert.mcap_run import write_mcap
-from recordings.run import pieces
+from recordings.run import pieces, side_by_side
 NAMES = ("force", "acc1", "acc2", "acc3")
 channels = [Channel(name=name, quantity="force", unit="N", range=9.0) for name in NAMES]
 noise = np.random.default_rng(0).standard_normal((4, 8192)).astype(np.float32)

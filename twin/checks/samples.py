@@ -1,4 +1,9 @@
-"""Channels that are dead, half empty or hold single wild samples, which no model need be asked about."""
+"""Channels that are dead, half empty or hold single wild samples, which no model need be asked about.
+
+What every channel is asked is asked of all of them side by side, since a file has them so.
+"""
+
+from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -6,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from recordings.container.stored import with_samples
-from recordings.run import PIECE, Run, Samples, pieces
+from recordings.run import PIECE, DeviceSamples, Run, Samples, pieces, side_by_side
 from recordings.sweeps import sweeps
 from recordings.whereabouts import working_on
 from twin.arrays import Array
@@ -24,36 +29,45 @@ ALONE = 3.0
 
 def look_at_samples(run: Run, *, force: str) -> tuple[Run, list[Finding]]:
     """A run without its dead channels, single wild samples drawn over, and what was found."""
-    findings: list[Finding] = []
-    for channel in [name for name in run.channels if any(name in device.values for device in run.devices.values())]:
+    channels = [name for name in run.channels if any(name in device.values for device in run.devices.values())]
+    sizes: dict[str, _Sizes] = {}
+    for device in run.devices.values():
+        sizes |= {name: _Sizes(len(samples)) for name, samples in device.values.items()}
+        for name, piece in side_by_side(device):
+            sizes[name].take(piece)
+    wild: dict[str, list[Finding]] = {}
+    for channel in channels:
         with working_on(run.path, channel):
-            run, wild = _without_wild(run, channel)
-            finding = _dead(run, channel, action="stopped" if channel == force else "set aside")
-        findings += wild
+            run, wild[channel] = _without_wild(run, channel, sizes[channel])
+    findings: list[Finding] = []
+    seen = {name: one for device in run.devices.values() for name, one in _measured(run, device).items()}
+    for channel in channels:
+        with working_on(run.path, channel):
+            finding = _dead(run, channel, seen[channel], action="stopped" if channel == force else "set aside")
+        findings += wild[channel]
         if finding is not None:
             findings.append(finding)
             run = run if channel == force else without_channels(run, {channel})
     return run, findings
 
 
-def _without_wild(run: Run, channel: str) -> tuple[Run, list[Finding]]:
+def _without_wild(run: Run, channel: str, sizes: _Sizes) -> tuple[Run, list[Finding]]:
     """Single samples that the converter cannot have shown, or far beyond all others, as their neighbours' line.
 
     Where many are beyond it, it is the range that is wrong.
     """
     device = run.device_of(channel)
-    samples = device.values[channel]
-    usual, largest = _usual(samples)
+    samples, usual = device.values[channel], sizes.usual
     if not np.isfinite(usual):
         return run, []
     limit = run.channels[channel].range
     most = min(WILD * usual if usual > 0 else np.inf, BEYOND_RANGE * limit if limit else np.inf)
-    if not largest > most:
+    if not sizes.largest > most:
         return run, []
     at, wild, beside_at, beside, count = _beyond(samples, most)
     unit = run.channels[channel].unit
     if count > FEW * len(samples):
-        found = f"{count} samples up to {largest:.3g} {unit}, so that no use is made of it"
+        found = f"{count} samples up to {sizes.largest:.3g} {unit}, so that no use is made of it"
         run = replace(run, channels={**run.channels, channel: replace(run.channels[channel], range=None)})
         return run, [Finding(run.path, channel, "range", f"at most its range of {limit:g} {unit}", found, "told")]
     size = np.abs(wild)
@@ -72,28 +86,36 @@ def _without_wild(run: Run, channel: str) -> tuple[Run, list[Finding]]:
     return replace(run, devices={**run.devices, device.device: device}), [finding]
 
 
-def _usual(samples: Samples) -> tuple[float, float]:
-    """The size that a share FEW of the finite samples pass, and that of the largest of all; nan where none is finite.
+@dataclass
+class _Sizes:
+    """Of a channel's samples, as many as `length`, taken piece by piece; the largest alone are kept."""
 
-    It lies between two of the largest, which alone are kept.
-    """
-    kept = int(FEW * len(samples)) + 2
-    top, count = np.empty(0, np.float32), 0
-    largest = 0.0
-    for piece in pieces(samples):
+    length: int
+    count: int = 0
+    largest: float = 0.0
+    top: Array = field(default_factory=lambda: np.empty(0, np.float32))
+
+    def take(self, piece: Array) -> None:
+        """The next samples."""
+        kept = int(FEW * self.length) + 2
         sizes = np.abs(piece)
         sound = sizes[np.isfinite(sizes)]
-        count += len(sound)
-        largest = float(np.max(sizes, initial=largest, where=~np.isnan(sizes)))
-        top = np.concatenate([top, sound[sound > top.min(initial=np.inf)] if len(top) >= kept else sound])
-        if len(top) > kept:
-            top = np.partition(top, len(top) - kept)[-kept:]
-    if not count:
-        return np.nan, largest
-    place = (count - 1) * (1 - FEW)
-    beyond = count - 1 - int(place)
-    pair = np.sort(top.astype(float))[len(top) - 1 - beyond :][:2]
-    return float(np.quantile(pair, place - int(place))), largest
+        self.count += len(sound)
+        self.largest = float(np.max(sizes, initial=self.largest, where=~np.isnan(sizes)))
+        full = len(self.top) >= kept
+        self.top = np.concatenate([self.top, sound[sound > self.top.min(initial=np.inf)] if full else sound])
+        if len(self.top) > kept:
+            self.top = np.partition(self.top, len(self.top) - kept)[-kept:]
+
+    @property
+    def usual(self) -> float:
+        """The size that a share FEW of the finite samples pass, between two of the largest; nan of none."""
+        if not self.count:
+            return np.nan
+        place = (self.count - 1) * (1 - FEW)
+        beyond = self.count - 1 - int(place)
+        pair = np.sort(self.top.astype(float))[len(self.top) - 1 - beyond :][:2]
+        return float(np.quantile(pair, place - int(place)))
 
 
 def _beyond(samples: Samples, most: float) -> tuple[Array, Array, Array, Array, int]:
@@ -120,21 +142,25 @@ def _beyond(samples: Samples, most: float) -> tuple[Array, Array, Array, Array, 
     return at_larger, larger_ones, at_beside, those_beside, count
 
 
-def _dead(run: Run, channel: str, *, action: Action) -> Finding | None:
-    """Whether the measured stretches of a channel hold nothing, or too little."""
-    device = run.device_of(channel)
-    samples = device.values[channel]
-    parts = [
+def _measured(run: Run, device: DeviceSamples) -> dict[str, _Seen]:
+    """What a device's channels are like in the measured stretches, or throughout where there are none."""
+    stretches = [
         (device.position_at(one.start_ns), device.position_at(one.stop_ns))
         for sweep in sweeps(run)
         for one in sweep.stretches
     ]
-    measured = [part for part in parts or [(0, len(samples))] if part[0] < part[1]]
-    seen, jumps = _Seen(), 0
-    for part in measured:
-        for piece in pieces(samples, *part):
-            seen.take(piece)
-        jumps += _overflows(samples, *part) if parts else 0
+    parts = [part for part in stretches or [(0, len(device))] if part[0] < part[1]]
+    seen = {name: _Seen(parts) for name in device.values}
+    for part in parts:
+        for name, piece in side_by_side(device, *part):
+            seen[name].take(piece)
+        for name, jumps in _overflows(device, *part).items() if stretches else ():
+            seen[name].jumps += jumps
+    return seen
+
+
+def _dead(run: Run, channel: str, seen: _Seen, *, action: Action) -> Finding | None:
+    """Whether the measured stretches of a channel hold nothing, or too little."""
     if not seen.count:
         return None
     if not seen.sound:
@@ -143,32 +169,34 @@ def _dead(run: Run, channel: str, *, action: Action) -> Finding | None:
         return Finding(run.path, channel, "dead", "a signal", f"every sample is {seen.low:g}", action)
     for share, what in (
         (1 - seen.sound / seen.count, "missing"),
-        (_zeros(samples, measured, seen), "exactly zero"),
+        (_zeros(run.device_of(channel).values[channel], seen), "exactly zero"),
         (seen.longest / seen.sound, "the one before again"),
     ):
         if share > HALF_EMPTY:
             return Finding(
                 run.path, channel, "empty", "a signal throughout", f"{share:.0%} of samples are {what}", action
             )
-    if jumps >= FEWEST_JUMPS:
-        found = f"{jumps} jumps from one end of its samples to the other: whole numbers that overflow?"
+    if seen.jumps >= FEWEST_JUMPS:
+        found = f"{seen.jumps} jumps from one end of its samples to the other: whole numbers that overflow?"
         return Finding(run.path, channel, "overflow", "samples that follow each other", found, action)
     return None
 
 
 @dataclass
 class _Seen:
-    """What the samples of one channel are like, taken piece by piece; of the finite ones but for `count`.
+    """What the samples of one channel in some parts are like, taken piece by piece; the finite ones but for `count`.
 
     `longest` is the longest row of equal ones, `first` as many as tell the smallest step.
     """
 
+    parts: Sequence[tuple[int, int]]
     count: int = 0
     sound: int = 0
     low: float = np.inf
     high: float = -np.inf
     zeros: int = 0
     longest: int = 0
+    jumps: int = 0
     first: Array = field(default_factory=lambda: np.empty(0, np.float32))
     _last: float = np.nan
     _row: int = 0
@@ -191,27 +219,29 @@ class _Seen:
         self._last, self._row = float(x[-1]), int(rows[-1])
 
 
-def _zeros(samples: Samples, measured: Sequence[tuple[int, int]], seen: _Seen) -> float:
+def _zeros(samples: Samples, seen: _Seen) -> float:
     """Share of exact zeros beyond what a coarse converter shows; 0 where there are few."""
     zeros = seen.zeros / seen.sound
     if zeros <= HALF_EMPTY:
         return 0.0
     step = smallest_step(seen.first)
-    every = (piece for part in measured for piece in pieces(samples, *part))
+    every = (piece for part in seen.parts for piece in pieces(samples, *part))
     beside = sum(int(np.sum((piece != 0) & (np.abs(piece) < 1.5 * step))) for piece in every)
     return zeros if zeros > ZEROS_OVER_NEIGHBOURS * beside / seen.sound else 0.0
 
 
-def _overflows(samples: Samples, start: int, stop: int) -> int:
-    """How often a sample lies at the other end of all of them, while those beside go the other way: not if cut off."""
-    ends = np.array([(np.min(piece), np.max(piece)) for piece in pieces(samples, start, stop)])
-    if stop - start < 4 or not np.isfinite(ends).all():
-        return 0
-    jumps, count, span = 0, 0, np.ptp(ends)
+def _overflows(device: DeviceSamples, start: int, stop: int) -> dict[str, int]:
+    """How often a channel's sample is at the other end of all, while those beside go the other way: not if cut off."""
+    ends: dict[str, list[float]] = {name: [] for name in device.values}
+    for name, piece in side_by_side(device, start, stop):
+        ends[name] += [np.min(piece), np.max(piece)]
+    spans = {name: np.ptp(both) for name, both in ends.items() if stop - start >= 4 and np.isfinite(both).all()}
+    jumps, count = dict.fromkeys(spans, 0), dict.fromkeys(spans, 0)
     for at in range(start, stop - 3, PIECE):
-        steps = np.diff(samples[at : min(at + PIECE + 3, stop)].astype(float))
-        far = np.flatnonzero(np.abs(steps[1:-1]) > FAR * span) + 1
-        jump, beside = steps[far], np.stack([steps[far - 1], steps[far + 1]])
-        back = np.all((beside * jump < 0) & (np.abs(beside) < (1 - FAR) * np.abs(jump)), axis=0)
-        jumps, count = jumps + int(np.sum(back)), count + len(far)
-    return jumps if 2 * jumps > count else 0
+        for name, span in spans.items():
+            steps = np.diff(device.values[name][at : min(at + PIECE + 3, stop)].astype(float))
+            far = np.flatnonzero(np.abs(steps[1:-1]) > FAR * span) + 1
+            jump, beside = steps[far], np.stack([steps[far - 1], steps[far + 1]])
+            back = np.all((beside * jump < 0) & (np.abs(beside) < (1 - FAR) * np.abs(jump)), axis=0)
+            jumps[name], count[name] = jumps[name] + int(np.sum(back)), count[name] + len(far)
+    return {name: one if 2 * one > count[name] else 0 for name, one in jumps.items()}

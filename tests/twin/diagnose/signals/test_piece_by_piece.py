@@ -10,11 +10,13 @@ import pytest
 import recordings.run
 import twin.causes.clipping.finding
 import twin.causes.lost_samples.finding
+import twin.checks.same_run
 import twin.checks.samples
 from recordings import RunWriter, SampleBlock, read_run
 from recordings.level import Level
 from recordings.limits import Limits
-from twin.checks.samples import _usual, look_at_samples
+from recordings.run import pieces
+from twin.checks.samples import _Sizes, look_at_samples
 from twin.diagnose.signals import inspect_signals, mended
 from twin.identify.limits import LIMITS
 from twin.identify.spectra.sine_fit import steady_states
@@ -49,13 +51,19 @@ def run(request, synthetic, tmp_path):
             )
         for step in whole.steps:
             writer.write_step(step)
-    return read_run(tmp_path / "run.mcap", limits=Limits(held_bytes=20_000))
+    return read_run(tmp_path / "run.mcap", limits=Limits(held_samples=1000))
 
 
 @pytest.fixture(params=[997, 2048])
 def in_pieces(request, monkeypatch):
     """Sets pieces of so many samples."""
-    places = [recordings.run, twin.checks.samples, twin.causes.clipping.finding, twin.causes.lost_samples.finding]
+    places = [
+        recordings.run,
+        twin.checks.same_run,
+        twin.checks.samples,
+        twin.causes.clipping.finding,
+        twin.causes.lost_samples.finding,
+    ]
 
     def cut():
         for place in places:
@@ -109,10 +117,12 @@ def test_the_usual_size_is_a_quantile(in_pieces):
     for count in (2, 3, 999, 1001, 30_000):
         x = np.random.default_rng(count).standard_normal(count).astype(np.float32)
         x[:: 50 if count > 50 else count + 1] = np.nan
-        usual, largest = _usual(x)
+        seen = _Sizes(count)
+        for piece in pieces(x):
+            seen.take(piece)
         sizes = np.abs(x[np.isfinite(x)].astype(float))
-        assert usual == np.quantile(sizes, 1 - 1e-3)
-        assert largest == sizes.max()
+        assert seen.usual == np.quantile(sizes, 1 - 1e-3)
+        assert seen.largest == sizes.max()
 
 
 def test_level_is_that_of_all_parts(in_pieces):
