@@ -7,7 +7,6 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.identify.linear.linear_model import LinearModel, Output, build_linear_model
-from twin.identify.linear.structural_modification import attach
 from twin.rigs import Rig
 
 REACH = 0.7
@@ -50,9 +49,9 @@ class ExpectedResponse:
     def H(self, frequency_Hz: Array) -> Array:
         """Responses per force (f, o), in the channels' units."""
         ports, omega = self.model.ports, 2 * np.pi * frequency_Hz
-        outputs = ports.rows[ports.outputs]
-        rows = np.vstack([ports.rows[ports.drive], outputs, ports.dampers])
-        dampers = slice(1 + len(outputs), len(rows))
-        viscous = np.repeat(1j * omega[:, None], dampers.stop - dampers.start, axis=1)
-        R = attach(self.model.basis.receptance(rows, omega), dampers, viscous)
-        return R[:, 1 : dampers.start, 0] * self.model.to_quantity(omega)
+        loads, outputs = np.vstack([ports.rows[ports.drive], ports.dampers]), ports.rows[ports.outputs]
+        moved = self.model.basis.field(loads[None], omega)
+        R, across = moved @ outputs.T, moved @ ports.dampers.T  # (f, 1 + d, o), (f, 1 + d, d)
+        viscous = 1j * omega[:, None, None]
+        forces = np.linalg.solve(np.eye(len(ports.dampers)) + viscous * across[:, 1:], viscous * R[:, 1:])
+        return (R[:, 0] - np.sum(across[:, 0, :, None] * forces, axis=1)) * self.model.to_quantity(omega)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 from typing import TypeVar
 
 import numpy as np
@@ -18,16 +19,20 @@ MOTIONS = ("displacement", "velocity", "acceleration")
 
 def look_at_quantities(seen: RunBesideModel, agreement: Agreement) -> list[Finding]:
     """Channels with the level and the shape of the model's response only as another quantity of motion."""
+
+    @cache
+    def taken_as(order: int) -> Agreement | None:
+        """How all responses, differentiated so many times, compare with the model."""
+        derived = [_derived(one, order) for one in seen.noise], [_derived(one, order) for one in seen.sines]
+        return agreement_of(*derived, seen.expected)
+
     findings = []
     for number, output in enumerate(seen.expected.model.outputs):
         if output.quantity not in MOTIONS or _near(agreement, number):
             continue
         for other, name in enumerate(MOTIONS):
             order = MOTIONS.index(output.quantity) - other
-            if order == 0:
-                continue
-            derived = [_derived(one, order) for one in seen.noise], [_derived(one, order) for one in seen.sines]
-            taken = agreement_of(*derived, seen.expected)
+            taken = taken_as(order) if order else None
             if taken is not None and _near(taken, number) and not taken.turned[number]:
                 found = f"its level is that of a {name}, {taken.level[number]:.2f} times the model's"
                 labelled = f"{output.quantity}, as its label says"
