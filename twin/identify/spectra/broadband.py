@@ -273,15 +273,28 @@ def _transient(R: Array, omega: Array, poles: Array, H: Array, Su: float, Sy: Ar
         jw, scale = 1j * omega[rows], omega[-1]
         return np.stack([1 / (jw - pole) for pole in poles] + [np.ones_like(jw), jw / scale, scale / jw], axis=1)
 
-    gram, right = np.zeros((outputs * count, outputs * count), complex), np.zeros(outputs * count, complex)
+    gram, right = np.zeros((outputs * count, outputs * count), complex), np.zeros((outputs, count), complex)
+    own = np.zeros((outputs, count, count), complex)
     for rows in _blocks(len(omega), outputs):
-        white = np.linalg.inv(np.linalg.cholesky(Su * _products(H[rows]) + np.diag(Sy)))
-        A = (white[:, :, :, None] * decays(rows)[:, None, None, :]).reshape(-1, outputs * count)
-        gram += A.conj().T @ A
-        right += A.conj().T @ (white @ R[rows, :, None]).reshape(-1)
+        # A line's inverse covariance is 1 / Sy less a product of u / sqrt(Sy): only the force's noise is shared.
+        d, u = decays(rows), H[rows] / np.sqrt(Sy)
+        power = np.abs(u) ** 2
+        size = 1 + Su * np.sum(power, axis=1, keepdims=True)
+        shared = ((np.sqrt(Su / size) * np.conj(u) / np.sqrt(Sy))[:, :, None] * d[:, None]).reshape(len(d), -1)
+        gram -= shared.conj().T @ shared
+        own += d.conj().T @ (((size - Su * power) / (size * Sy)).T[:, :, None] * d)
+        whitened = R[rows] / np.sqrt(Sy)
+        for _ in range(2):  # by its root twice, which leaves more digits than it would itself
+            whitened = whitened - u * (
+                np.sum(np.conj(u) * whitened, axis=1, keepdims=True) * Su / (size + np.sqrt(size))
+            )
+        right += (whitened / np.sqrt(Sy)).T @ d.conj()
+    for o in range(outputs):
+        each = slice(o * count, (o + 1) * count)
+        gram[each, each] = own[o]
     norm = np.sqrt(np.diag(gram).real)
-    solution = np.linalg.lstsq(gram / np.outer(norm, norm), right / norm, rcond=1e-13)[0] / norm
-    residues = solution.reshape(outputs, count).T
+    inverse = np.linalg.pinv(gram / np.outer(norm, norm), rcond=1e-13, hermitian=True)
+    residues = (inverse @ (right.ravel() / norm) / norm).reshape(outputs, count).T
     return np.concatenate([decays(rows) @ residues for rows in _blocks(len(omega))])
 
 
