@@ -55,10 +55,10 @@ def noise_responses(run: Run, *, force: str, channels: Sequence[str]) -> list[No
     """Of all stretches of noise in a run; `channels` are the responses."""
     found = []
     for record in broadband_records(run, channels=[force, *channels]):
+        resonances, band = find_resonances(record, force=force, channels=tuple(channels))
         response = h1(record, force=force)
         density, part = response.density[force], response.frequency_Hz / record.sample_rate_Hz
         end = density[(part > TOP[0]) & (part < TOP[1])]
-        resonances, band = find_resonances(record, force=force, channels=tuple(channels))
         inside = (response.frequency_Hz > 0) & (response.frequency_Hz >= band[0]) & (response.frequency_Hz <= band[1])
         found.append(
             NoiseResponse(

@@ -229,15 +229,17 @@ def h1(record: BroadbandRecord, *, force: str, resolution_Hz: float = 0.25) -> F
             power[name] += np.abs(X) ** 2
     frequency = np.arange(lines, dtype=float) * (record.sample_rate_Hz / length)
     tiny = float(np.finfo(float).tiny)
-    H, coherence = {}, {}
+    coherence = {}
     for name, S_fx in cross.items():
-        turn = np.exp(-2j * np.pi * frequency * (record.late_s.get(name, 0.0) - record.late_s.get(force, 0.0)))
-        H[name] = S_fx / np.maximum(power[force], tiny) * turn
         coherence[name] = np.abs(S_fx) ** 2 / np.maximum(power[force] * power[name], tiny)
+        S_fx /= np.maximum(power[force], tiny)  # in place: of many channels there is much
+        S_fx *= np.exp(-2j * np.pi * frequency * (record.late_s.get(name, 0.0) - record.late_s.get(force, 0.0)))
     sides = np.where((frequency > 0) & (2 * np.arange(lines) < length), 2.0, 1.0)
     scale = sides / (record.sample_rate_Hz * np.sum(window**2) * count)
+    for S in power.values():
+        S *= scale
     return FrequencyResponse(
-        frequency_Hz=frequency, H=H, coherence=coherence, density={name: S * scale for name, S in power.items()},
+        frequency_Hz=frequency, H=cross, coherence=coherence, density=power,
         averages=max(1, int(count / (1 + 2 * LIMITS.spectrum_overlapping**2))),
     )  # fmt: skip
 
