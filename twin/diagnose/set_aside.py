@@ -6,7 +6,6 @@ import numpy as np
 
 from twin.diagnose.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
-from twin.identify.spectra.sweeps import rows_by_sweep
 
 
 def set_aside(evidence: MeasuredData) -> tuple[MeasuredData, MeasuredData | None, tuple[str, ...]]:
@@ -20,7 +19,7 @@ def set_aside(evidence: MeasuredData) -> tuple[MeasuredData, MeasuredData | None
         What was set aside, in words.
     """
     states = evidence.steps.states
-    sweeps = rows_by_sweep(states)
+    sweeps = evidence.steps.by_sweep
     inside = np.zeros(len(states), bool)
     if len(sweeps) >= 3:
         chosen = sorted(sweeps, key=lambda name: states[sweeps[name][0]].target_amplitude)[len(sweeps) // 2]

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from twin.arrays import Array
 from twin.identify.measured_data import MeasuredData
 from twin.identify.spectra.broadband import BinnedResponse
-from twin.identify.spectra.sweeps import rows_by_sweep
 
 SHIFT = 6e-5
 """Standard deviation of what all natural frequencies of one run or sweep are off by, relative: half a kelvin between
@@ -19,7 +18,7 @@ them, and a steel whose modulus falls by 2.4e-4 per kelvin."""
 
 def unshifted(evidence: MeasuredData) -> Array:
     """Shifts (k,) of each broadband run and sweep to begin with; none of one alone, which no other differs from."""
-    count = len(evidence.broadband) + len(rows_by_sweep(evidence.steps.states))
+    count = len(evidence.broadband) + len(evidence.steps.by_sweep)
     return np.zeros(count if count > 1 else 0)
 
 
@@ -32,7 +31,7 @@ def swept_modes(evidence: MeasuredData, count: int) -> NDArray[np.int64]:
         return np.full(count, -1)
     omega_r = evidence.model.basis.omega
     omega_r = omega_r[omega_r > 0]
-    sweeps = [np.median(evidence.steps.omega[rows]) for rows in rows_by_sweep(evidence.steps.states).values()]
+    sweeps = [np.median(evidence.steps.omega[rows]) for rows in evidence.steps.by_sweep.values()]
     about = [int(np.argmin(np.abs(np.log(omega / omega_r)))) for omega in sweeps]
     return np.array([-1] * len(evidence.broadband) + about, np.int64)
 
@@ -45,7 +44,7 @@ def own_shifts(evidence: MeasuredData, shifts: Array) -> bool:
 def shifted_sweeps(evidence: MeasuredData, shifts: Array) -> Iterator[tuple[int, list[int]]]:
     """Place in the shifts of each sweep's, and the sweep's rows among the steps; none of other recordings."""
     if own_shifts(evidence, shifts):
-        yield from enumerate(rows_by_sweep(evidence.steps.states).values(), len(evidence.broadband))
+        yield from enumerate(evidence.steps.by_sweep.values(), len(evidence.broadband))
 
 
 def shift_of_run(evidence: MeasuredData, data: BinnedResponse, shifts: Array) -> float:

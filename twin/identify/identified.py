@@ -14,7 +14,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import Polynomials
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.rms import relative_error_percent
-from twin.identify.spectra.sweeps import rows_by_sweep
 from twin.identify.updated_rig import updated_rig
 from twin.rigs import Rig
 
@@ -115,10 +114,7 @@ def _spline_residuals(residual_model: ResidualModel, model: BaselineParameters) 
     R, omega, _ = residual_model.step_receptance(model, inner=False)
     H = residual_model.responses(R, omega)[:, evidence.reference]
     measured = evidence.steps.response[:, evidence.reference, 0] / evidence.steps.force[:, 0]
-    return {
-        name: relative_error_percent(H[rows], measured[rows])
-        for name, rows in rows_by_sweep(evidence.steps.states).items()
-    }
+    return {name: relative_error_percent(H[rows], measured[rows]) for name, rows in evidence.steps.by_sweep.items()}
 
 
 def _warnings(evidence: MeasuredData, chi2_per_dof: float) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -26,6 +26,7 @@ from twin.identify.spectra.broadband import BinnedResponse
 from twin.identify.spectra.settled import still_changing
 from twin.identify.spectra.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records
+from twin.identify.spectra.sweeps import rows_by_sweep
 from twin.rigs import Place, Rig, Shaker, nearest_preload, recorded_preload
 
 __all__ = ["Known", "MeasuredData", "StepArrays", "common_preload", "gather_data", "response_outputs"]
@@ -74,6 +75,11 @@ class StepArrays:
     def __len__(self) -> int:
         return len(self.omega)
 
+    @cached_property
+    def by_sweep(self) -> dict[str, Array]:
+        """Rows of each sweep, see :func:`~twin.identify.spectra.sweeps.rows_by_sweep`."""
+        return rows_by_sweep(self.states)
+
     @property
     def complex_omega(self) -> Array:
         """Frequency at which the rig answers as it did while it still changed, rad/s: i omega + growth, over i.
@@ -85,21 +91,8 @@ class StepArrays:
     def select(self, keep: Array) -> StepArrays:
         """The steps where `keep` is true."""
         picked = tuple(state for state, use in zip(self.states, keep, strict=True) if use)
-        return StepArrays(
-            self.omega[keep],
-            self.force[keep],
-            self.force_variance[keep],
-            self.response[keep],
-            self.response_variance[keep],
-            self.amplitude_m[keep],
-            self.time_s[keep],
-            self.growth[keep],
-            self.growth_std[keep],
-            picked,
-            self.drive[keep],
-            self.force_ratio[keep],
-            self.force_ratio_std[keep],
-        )
+        arrays = {f.name: getattr(self, f.name)[keep] for f in fields(self) if f.name != "states"}
+        return StepArrays(states=picked, **arrays)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -38,7 +39,7 @@ class BeamMesh:
         """Number of degrees of freedom."""
         return len(self.dofs) * len(self.s)
 
-    @property
+    @cached_property
     def frame(self) -> Array:
         """Components of axis, normal and the direction across both in x, y and z, (3, 3)."""
         return np.array([self.part.axis, self.part.normal, np.cross(self.part.axis, self.part.normal)])

@@ -13,7 +13,6 @@ from twin.identify.linear.structural_modification import update_receptance
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.residuals.residual_model import ResidualModel
-from twin.identify.spectra.sweeps import rows_by_sweep
 from twin.structure import drawn_parts, layer_lines
 from twin.views.curves import Fitted, modelled_by, sensor_places
 
@@ -84,7 +83,7 @@ def operating_motions(
         Of this evidence; others are left out.
     """
     steps = evidence.steps
-    rows_of = rows_by_sweep(steps.states)
+    rows_of = steps.by_sweep
     size = np.abs(steps.response[:, evidence.reference, 0]) if len(steps) else np.zeros(0)
     tops = []
     for sweep in sweeps:

@@ -20,11 +20,11 @@ class SensorPosition(Cause):
         return [label for label in response_channels(evidence) if any(reach(evidence.place_of(label["channel"])))]
 
     def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
-        """Offset along its beam."""
+        """Offset along its beam, and the share of the mass, which changes nothing by itself."""
         back, forth = evidence.rig.layout().reach(evidence.place_of(label["channel"]))
         return (
             Parameter(name="offset_m", scale=0.01, lower=-0.5 * back, upper=forth, null=0.0, starts=(-0.001,)),
-            Parameter(name="carried", scale=0.3, lower=0.0, upper=1.0, starts=(1.0, 0.0)),
+            Parameter(name="carried", scale=0.5, lower=0.0, upper=1.0, null=1.0, starts=(0.0,)),
         )
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:

@@ -11,7 +11,6 @@ from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
-from twin.identify.spectra.sweeps import rows_by_sweep
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +137,7 @@ def sweeps_beside(evidence: MeasuredData, before: Array, after: Array) -> tuple[
     )
     sigma = [np.abs(model / measured - 1) / noise for model in (before, after)]
     out = []
-    for sweep, pick in rows_by_sweep(steps.states).items():
+    for sweep, pick in steps.by_sweep.items():
         out.append(
             SweepComparison(
                 run=steps.states[pick[0]].run,

@@ -17,7 +17,6 @@ from twin.diagnose.selection.search import Report, Search, search_causes
 from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.residual_model import ResidualModel
-from twin.identify.spectra.sweeps import rows_by_sweep
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,7 +210,7 @@ def _at_each_level(evidence: MeasuredData, model: FittedModel) -> tuple[ForceAtL
     extended = ResidualModel(evidence, modification_of(evidence, model.hypotheses))
     motion = extended.step_receptance(model.baseline, inner=False)[2].motion[:, -1]  # its force comes last
     amplitude, omega = np.abs(motion), evidence.steps.omega
-    sweeps = rows_by_sweep(evidence.steps.states)
+    sweeps = evidence.steps.by_sweep
     largest = {sweep: int(rows[np.argmax(amplitude[rows])]) for sweep, rows in sweeps.items()}
     chosen = np.array(list(largest.values()))
     peak, fundamental = peak_and_fundamental(hypothesis, amplitude[chosen], omega[chosen])

@@ -22,7 +22,6 @@ from twin.identify.linear.linear_fit import MODULI_STD
 from twin.identify.measured_data import StepArrays
 from twin.identify.residuals.whitening import Whitening
 from twin.identify.spectra.broadband import BinnedResponse
-from twin.identify.spectra.sweeps import rows_by_sweep
 
 
 @dataclass(frozen=True)
@@ -205,7 +204,7 @@ class Covariances:
 
         As all frequencies of one of the k runs and sweeps shift by SHIFT.
         """
-        sweeps = rows_by_sweep(self.steps.states)
+        sweeps = self.steps.by_sweep
         count = len(self.broadband) + len(sweeps)
         runs = []
         for number, by_stiffness in enumerate(self.broadband_by_stiffness):

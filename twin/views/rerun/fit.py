@@ -14,7 +14,6 @@ from twin.identify.l_curve import LCurve, decompose
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
-from twin.identify.spectra.sweeps import rows_by_sweep
 from twin.views.curves import compared_models, each_resonance
 from twin.views.plot import Axis, Plot, PlotCurve, common_range
 from twin.views.plots import KINDS, LEAST
@@ -38,7 +37,7 @@ def residual_table(diagnosis: Diagnosis) -> dict[tuple[str, int, str], tuple[flo
     sizes = [_harmonic_sizes(search.evidence, model, harmonics) for model, harmonics in parts if harmonics is not None]
     if len(sizes) < 2 or search.harmonics is None or sizes[0].shape != sizes[1].shape:
         return table
-    rows_of = rows_by_sweep(search.evidence.steps.states)
+    rows_of = search.evidence.steps.by_sweep
     for sweep in diagnosis.sweeps:
         rows = rows_of[sweep.sweep]
         for h, order in enumerate(search.harmonics.orders):
