@@ -10,6 +10,7 @@ from twin.arrays import Array
 from twin.diagnose.cause import Cause, Parameter
 from twin.identify.base_fit import baseline_bounds
 from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.cholesky import Cholesky
 from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import LARGEST_STEP
@@ -350,4 +351,4 @@ def _free_count(solution: Solution) -> int:
     if solution.ended == "not finite":
         return 0
     data = solution.jacobian.T @ solution.jacobian
-    return round(float(np.trace(np.linalg.solve(solution.information, data))))
+    return round(float(np.trace(Cholesky.of(solution.information).solve(data))))

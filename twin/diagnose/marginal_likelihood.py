@@ -14,6 +14,7 @@ from scipy.linalg import block_diag
 from twin.arrays import Array
 from twin.diagnose.fitted_model import FitProblem
 from twin.diagnose.residual_columns import KINDS, ResidualColumns, tolerances_of
+from twin.identify.cholesky import Cholesky
 from twin.identify.gauss_newton import not_held_back
 from twin.identify.residuals.error_model import ErrorModel, ErrorSources
 from twin.identify.residuals.whitening import Whitening
@@ -119,8 +120,8 @@ class MarginalLikelihood:
         pull = gram[1:, 0] - precision @ self._away
         free = not_held_back(self._x, pull, *self._bounds)
         step = np.zeros(len(pull))
-        step[free] = np.linalg.solve(information[np.ix_(free, free)], pull[free])
+        step[free] = Cholesky.of(information[np.ix_(free, free)]).solve(pull[free])
         cost = gram[0, 0] + self._away @ precision @ self._away - pull @ step
-        volume = np.linalg.slogdet(information)[1] - np.linalg.slogdet(precision)[1]
+        volume = Cholesky.of(information).log_determinant - Cholesky.of(precision).log_determinant
         log_likelihood = float(-0.5 * (cost + volume + sum(determinants))) - self._problem.log_prior_mass
         return AboutFit(log_likelihood, information, free, step)

@@ -13,6 +13,7 @@ from twin.diagnose.limits import LIMITS
 from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.posterior import temperature
 from twin.diagnose.residual_columns import ResidualColumns
+from twin.identify.cholesky import Cholesky
 
 __all__ = ["marginal_over_places"]
 
@@ -61,7 +62,7 @@ class _Expansion:
         """About where a problem begins, with the errors that it has."""
         found = MarginalLikelihood(problem, tolerances).at(problem.errors)
         count = len(problem.x0)
-        covariance = np.linalg.inv(found.information)[:count, :count]
+        covariance = Cholesky.of(found.information).inverse[:count, :count]
         return cls(problem, found.step[:count], covariance, found.log_likelihood)
 
     def log_density(self, number: int) -> float:

@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from twin.arrays import Array
+from twin.identify.cholesky import Cholesky
 from twin.identify.limits import LIMITS
 from twin.identify.time_limit import time_is_up
 
@@ -62,7 +63,7 @@ class Solution:
     @property
     def covariance(self) -> Array:
         """Of the parameters, to first order."""
-        return np.linalg.inv(self.information)
+        return Cholesky.of(self.information).inverse
 
 
 def not_held_back(x: Array, pull: Array, lower: Array, upper: Array) -> Array:
@@ -204,9 +205,9 @@ def _square(r: Array) -> float:
 
 
 def _solved(A: Array, b: Array) -> Array:
-    """Nothing finite where A is singular: such a step fails, and more damping mends it."""
+    """Nothing finite where A is not positive definite: such a step fails, and more damping mends it."""
     try:
-        return np.asarray(np.linalg.solve(A, b))
+        return Cholesky.of(A).solve(b)
     except np.linalg.LinAlgError:
         return np.full(len(b), np.nan)
 

@@ -14,6 +14,7 @@ from twin.diagnose.fitted_model import FitProblem, FittedModel
 from twin.diagnose.limits import LIMITS as DIAGNOSE
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import PredictedData
+from twin.identify.cholesky import Cholesky
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +75,7 @@ def separation(predicted_data: PredictedData, rival: FittedModel) -> float:
     if not (np.isfinite(r).all() and np.isfinite(J).all()):
         return 0.0
     follows = J.T @ r
-    left = float(r @ r - follows @ np.linalg.solve(J.T @ J + rival.solution.information, follows))
+    left = float(r @ r - follows @ Cholesky.of(J.T @ J + rival.solution.information).solve(follows))
     return 0.5 * max(left, 0.0) / DIAGNOSE.posterior_temperature
 
 

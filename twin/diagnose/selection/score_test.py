@@ -16,7 +16,6 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from twin.arrays import Array
 from twin.diagnose.cause import Cause, Parameter, strengths_of
@@ -27,6 +26,7 @@ from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.residual_columns import KINDS, ResidualColumns, tolerances_of
 from twin.diagnose.selection.attachment_signatures import AttachmentSignatures
 from twin.diagnose.selection.law_tolerances import law_tolerances
+from twin.identify.cholesky import Cholesky
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.residuals.error_model import SPREAD, ErrorModel, log_prior
@@ -251,7 +251,7 @@ class _FirstOrders:
         shared, own = (np.sum(each, axis=0) for each in zip(*pairs, strict=True))
         free = about.free
         by_unknowns = shared[1:][free].reshape(np.count_nonzero(free), -1)
-        taken_over = cho_solve(cho_factor(about.information[np.ix_(free, free)]), by_unknowns)
+        taken_over = Cholesky.of(about.information[np.ix_(free, free)]).solve(by_unknowns)
         grouped = (-1, *self.lower.shape)
         taken_over, by_unknowns = taken_over.reshape(grouped), by_unknowns.reshape(grouped)
         D = own - np.einsum("ngi,ngj->gij", by_unknowns, taken_over)
