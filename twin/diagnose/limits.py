@@ -35,9 +35,8 @@ class Limits:
     """The same of the error of the shares in odd harmonics."""
     model_evidence_shifts: tuple[float, float] = (-3.5, 3.0)
     """And of the shifts: rooms change by ten kelvin at most, twenty times half a kelvin."""
-    model_evidence_rounds: int = 4
-    model_evidence_gain: float = 0.5
-    """Most rounds over all errors, one after the other, and nats below which a further one gains nothing."""
+    slope_step: float = 1e-4
+    """Of the logarithm of an error, in a difference quotient."""
     model_evidence_refitted: int = 2
     """Most fits, each with the errors that the last one inferred."""
     # parallel_map.py

@@ -13,6 +13,7 @@ from scipy.linalg import block_diag
 
 from twin.arrays import Array
 from twin.diagnose.fitted_model import FitProblem
+from twin.diagnose.limits import LIMITS
 from twin.diagnose.residual_columns import KINDS, ResidualColumns, tolerances_of
 from twin.identify.cholesky import Cholesky
 from twin.identify.gauss_newton import not_held_back
@@ -110,18 +111,47 @@ class MarginalLikelihood:
             self._known[key] = white.T @ white, determinant
         return self._known[key]
 
+    def _sums(self, errors: ErrorModel) -> tuple[Array, Array, float]:
+        """Products of the columns in all data, the precision beforehand, and log determinants of both."""
+        products, determinants = zip(*(self._products(kind, errors) for kind in KINDS), strict=True)
+        precision, volume = self._beforehand(errors)
+        return np.sum(products, axis=0), precision, sum(determinants) - volume
+
+    def _beforehand(self, errors: ErrorModel) -> tuple[Array, float]:
+        """The precision before any data, and its log determinant."""
+        key = ("prior", (errors.roughness, errors.shifts))
+        if key not in self._known:
+            precision, more = self._precision.copy(), self._problem.more_precision(errors)
+            precision[: len(more), : len(more)] += more
+            self._known[key] = precision, Cholesky.of(precision).log_determinant
+        return self._known[key]
+
     def at(self, errors: ErrorModel) -> AboutFit:
         """The likelihood, and what it is about, with these errors."""
-        products, determinants = zip(*(self._products(kind, errors) for kind in KINDS), strict=True)
-        gram, precision = np.sum(products, axis=0), self._precision.copy()
-        more = self._problem.more_precision(errors)
-        precision[: len(more), : len(more)] += more
+        gram, precision, determinant = self._sums(errors)
         information = gram[1:, 1:] + precision
         pull = gram[1:, 0] - precision @ self._away
         free = not_held_back(self._x, pull, *self._bounds)
         step = np.zeros(len(pull))
         step[free] = Cholesky.of(information[np.ix_(free, free)]).solve(pull[free])
         cost = gram[0, 0] + self._away @ precision @ self._away - pull @ step
-        volume = Cholesky.of(information).log_determinant - Cholesky.of(precision).log_determinant
-        log_likelihood = float(-0.5 * (cost + volume + sum(determinants))) - self._problem.log_prior_mass
+        determinant += Cholesky.of(information).log_determinant
+        log_likelihood = float(-0.5 * (cost + determinant)) - self._problem.log_prior_mass
         return AboutFit(log_likelihood, information, free, step)
+
+    def with_slopes(self, errors: ErrorModel) -> tuple[float, Array]:
+        """The log likelihood, and its derivatives (8,) by :attr:`ErrorModel.log_sizes`.
+
+        What the data and the priors make of the parameters is at its largest about the step, and has no slope by it.
+        """
+        about, sums, sizes = self.at(errors), self._sums(errors), errors.log_sizes
+        step, spread = about.step, Cholesky.of(about.information).inverse
+        left, away = np.append(1.0, -step), self._away + step
+        slopes = np.empty(len(sizes))
+        for which in range(len(sizes)):
+            moved = self._sums(errors.with_log_sizes(sizes + LIMITS.slope_step * (np.arange(len(sizes)) == which)))
+            gram, precision = (moved[0] - sums[0]) / LIMITS.slope_step, (moved[1] - sums[1]) / LIMITS.slope_step
+            determinant = (moved[2] - sums[2]) / LIMITS.slope_step
+            by_size = left @ gram @ left + away @ precision @ away + np.vdot(spread, gram[1:, 1:] + precision)
+            slopes[which] = by_size + determinant
+        return about.log_likelihood, -0.5 * slopes

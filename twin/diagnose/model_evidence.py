@@ -6,11 +6,10 @@ likelihood).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import minimize, minimize_scalar
+from scipy.optimize import minimize
 
 from twin.arrays import Array
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model
@@ -29,6 +28,7 @@ from twin.identify.residuals.error_model import (
     OF_STEPS,
     ErrorModel,
     log_prior,
+    log_prior_slopes,
 )
 from twin.identify.residuals.likelihood import sound_errors
 from twin.identify.residuals.whitening import HarmonicResiduals
@@ -79,57 +79,43 @@ def infer_errors(
     """
     marginal = MarginalLikelihood(problem, tolerances)
     errors, usual = problem.errors, sound_errors(problem.evidence)
+    here, middle = errors.log_sizes, usual.log_sizes
 
-    def value(log_sizes: Array) -> float:
-        trial = errors.with_log_sizes(log_sizes)
-        return marginal.at(trial).log_likelihood + log_prior(trial, usual, free=free)
+    def cost(sizes: Array) -> float:
+        trial = errors.with_log_sizes(sizes)
+        return -marginal.at(trial).log_likelihood - log_prior(trial, usual, free=free)
 
-    bounds = dict.fromkeys((OF_SOFTENING, OF_LOSS), LIMITS.model_evidence_roughness)
-    if len(problem.start.shifts):
-        bounds = {OF_SHIFTS: LIMITS.model_evidence_shifts, **bounds}
-    if problem.harmonics is not None:
-        bounds = {OF_HARMONICS: LIMITS.model_evidence_size, **bounds}
-    sizes, middle = errors.log_sizes, usual.log_sizes
-    reached = value(sizes)
-    for _ in range(LIMITS.model_evidence_rounds):  # what one error leaves the others have to make up for
-        for which, limits in bounds.items():
-            sizes = _likeliest_along(value, sizes, which, middle[which] + np.array(limits))
-        for pair in (OF_BROADBAND, OF_STEPS):
-            sizes = _likeliest_pair(value, sizes, pair, middle)
-        before, reached = reached, value(sizes)
-        if reached - before < LIMITS.model_evidence_gain:
-            break
-    return errors.with_log_sizes(sizes), reached
+    def with_slopes(sizes: Array) -> tuple[float, Array]:
+        trial = errors.with_log_sizes(sizes)
+        log_likelihood, slopes = marginal.with_slopes(trial)
+        return -log_likelihood - log_prior(trial, usual, free=free), -slopes - log_prior_slopes(trial, usual, free=free)
+
+    bounds = np.array([[-np.inf, np.inf]] * len(middle))
+    bounds[OF_HARMONICS:] = here[OF_HARMONICS:, None]
+    for which, limits in (
+        (OF_HARMONICS, LIMITS.model_evidence_size if problem.harmonics is not None else None),
+        (OF_SHIFTS, LIMITS.model_evidence_shifts if len(problem.start.shifts) else None),
+        (OF_SOFTENING, LIMITS.model_evidence_roughness),
+        (OF_LOSS, LIMITS.model_evidence_roughness),
+    ):
+        if limits is not None:
+            bounds[which] = middle[which] + np.array(limits)
+    ends = []
+    for start in (middle, here)[: 1 + (here != middle).any()]:
+        sizes = np.clip(start, *bounds.T)
+        for pair in (OF_BROADBAND, OF_STEPS):  # they can stand for each other: two maxima
+            grid = [_with(sizes, pair, middle[pair] + np.log([a, b])) for a in GRID for b in GRID]
+            sizes = min((sizes, *grid), key=cost)
+        ends.append(minimize(with_slopes, sizes, jac=True, bounds=bounds, method="L-BFGS-B", options={"ftol": 1e-7}))
+    likeliest = min(ends, key=lambda end: end.fun)
+    return errors.with_log_sizes(likeliest.x), -float(likeliest.fun)
 
 
-def _with(sizes: Array, where: int | slice, others: Array | float) -> Array:
+def _with(sizes: Array, where: slice, others: Array) -> Array:
     """The vector with other elements in one place."""
     changed = sizes.copy()
     changed[where] = others
     return changed
-
-
-def _likeliest_along(value: Callable[[Array], float], sizes: Array, which: int, bounds: Array) -> Array:
-    """The likeliest of the errors with one of them changed, whose logarithm is within bounds."""
-    found = minimize_scalar(
-        lambda size: -value(_with(sizes, which, size)), bounds=bounds, method="bounded", options={"xatol": 0.1}
-    )
-    return _with(sizes, which, found.x)
-
-
-def _likeliest_pair(value: Callable[[Array], float], sizes: Array, pair: slice, middle: Array) -> Array:
-    """The likeliest of the errors with other ones of stiffness and of ratios in one kind of data.
-
-    They can stand for each other: two maxima, of which a climb finds either.
-    """
-
-    def cost(others: Array) -> float:
-        return -value(_with(sizes, pair, others))
-
-    grid = [middle[pair] + np.log([a, b]) for a in GRID for b in GRID]
-    best = min([*grid, sizes[pair]], key=cost)
-    found = minimize(cost, best, method="Nelder-Mead", options={"xatol": 0.2, "fatol": 0.3, "maxfev": 30})
-    return _with(sizes, pair, found.x)
 
 
 def fit_with_errors(

@@ -152,6 +152,14 @@ def log_prior(errors: ErrorModel, sound: ErrorModel = SOUND, *, free: bool = Fal
     return float(np.sum(each))
 
 
+def log_prior_slopes(errors: ErrorModel, sound: ErrorModel = SOUND, *, free: bool = False) -> Array:
+    """Derivatives (8,) of :func:`log_prior` by :attr:`ErrorModel.log_sizes`."""
+    slopes = -(errors.log_sizes - sound.log_sizes) / SPREAD**2
+    if free:
+        slopes[[OF_BROADBAND.start, OF_STEPS.start]] = 0.0
+    return np.asarray(slopes)
+
+
 class ErrorSources(Protocol):
     """What the covariances of residuals are made of, as :class:`Covariances` has it of recordings."""
 
