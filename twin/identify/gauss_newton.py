@@ -127,7 +127,9 @@ def minimise(
         free = not_held_back(x, gradient, lower, upper)
         block = np.ix_(free, free)
         small = tolerance * max(1.0, (chi2 + penalty) / max(1, len(residual)))
-        promised = float(gradient[free] @ _solved(A[block], gradient[free]))
+        newton = np.zeros(len(x))
+        newton[free] = _solved(A[block], gradient[free])
+        promised = float(gradient @ newton)
         here: Ending = "settled" if promised < small else "stuck"
         if promised < LIMITS.gauss_newton_left * small or gained_little:
             ended = here
@@ -140,14 +142,19 @@ def minimise(
             if not np.isfinite(step).all():
                 damping *= 8.0
                 continue
-            if largest_step is not None:
-                step *= min(1.0, 1.0 / max(np.max(np.abs(step) / largest_step), 1e-300))
+            step *= _shorter(step, largest_step)
+            trial = np.clip(moved(x, step), lower, upper)
+            promising = True
             if residual_alone is not None and bends:
                 ahead = residual_alone(np.clip(moved(x, LIMITS.gauss_newton_probed * step), lower, upper))
-                step = step + _turn(step, free, scaled, J, (ahead - residual) / LIMITS.gauss_newton_probed + J @ step)
-            trial = np.clip(moved(x, step), lower, upper)
+                turn = _turn(step, free, scaled, J, (ahead - residual) / LIMITS.gauss_newton_probed + J @ step)
+                # Where unknowns nearly make up for each other, damping turns a step off the valley.
+                straight = 0.5**trial_number * newton * _shorter(newton, largest_step)
+                costs = []
+                for trial in (tried := [np.clip(moved(x, each), lower, upper) for each in (step + turn, straight)]):
+                    costs.append(_square(residual_alone(trial)) + float((trial - mean) @ precision @ (trial - mean)))
+                trial, promising = tried[int(np.argmin(costs))], np.nanmin([*costs, np.inf]) < chi2 + penalty
             p = float((trial - mean) @ precision @ (trial - mean))
-            promising = residual_alone is None or not bends or _square(residual_alone(trial)) + p < chi2 + penalty
             if promising:
                 r, Jr = evaluate(trial)
                 c = _square(r)
@@ -197,6 +204,11 @@ def minimise_reweighted(
         if solution.history[0] < best.history[0]:
             best, begun = solution, ahead
     return best if best is solution else solve(begun, iterations=0)
+
+
+def _shorter(step: Array, largest: Array | None) -> float:
+    """Share of a step that moves no parameter farther than it may."""
+    return 1.0 if largest is None else min(1.0, 1.0 / max(float(np.max(np.abs(step) / largest)), 1e-300))
 
 
 def _square(r: Array) -> float:
