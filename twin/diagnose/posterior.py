@@ -21,6 +21,7 @@ __all__ = [
     "RARER_IN_FREQUENCIES",
     "SURE",
     "Weighed",
+    "least_gain",
     "log_odds",
     "log_weight",
     "probabilities",
@@ -66,6 +67,11 @@ def temperature(evidence: MeasuredData) -> float:
     Of frequencies alone one: there are few, and how far a model may be off them is in the evidence.
     """
     return 1.0 if isinstance(evidence, MeasuredFrequencies) else LIMITS.posterior_temperature
+
+
+def least_gain(evidence: MeasuredData) -> float:
+    """Log evidence by which a model with one more cause must be ahead."""
+    return -LOG_ODDS_OF_A_CAUSE * temperature(evidence)
 
 
 def log_odds(evidence: MeasuredData, cause: Cause) -> float:

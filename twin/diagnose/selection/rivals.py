@@ -9,7 +9,7 @@ from twin.diagnose.cause import strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.parallel_map import parallel_map
-from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, log_weight, temperature
+from twin.diagnose.posterior import least_gain, log_weight
 from twin.diagnose.selection.profile import threshold_of
 from twin.diagnose.selection.racing import Begun, Effort, Race, likeliest, once_more
 from twin.diagnose.selection.score_test import Score
@@ -83,8 +83,7 @@ def _begun_and_raced(
 def _promising(evidence: MeasuredData, scores: Sequence[Score], effort: Effort) -> list[CauseHypothesis]:
     """The best scored causes, each at its best places; none where no cause promises to be more probable than none."""
     best = max((score.log_bayes for score in scores), default=0.0)
-    needed = -LOG_ODDS_OF_A_CAUSE * temperature(evidence)
-    least = max(effort.of_needed * needed, effort.worth_a_fit * best if effort.of_needed > 0 else -np.inf)
+    least = max(effort.of_needed * least_gain(evidence), effort.worth_a_fit * best if effort.of_needed > 0 else -np.inf)
     found: dict[str, list[CauseHypothesis]] = {}
     for score in scores:
         key = score.hypothesis.key

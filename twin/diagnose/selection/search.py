@@ -1,16 +1,16 @@
 """Stepwise selection: causes are added one by one, and dropped again, while the posterior odds gain by it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from twin.diagnose.cause import Cause
+from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import fit_with_errors, infer_errors, with_spread
-from twin.diagnose.posterior import log_weight
+from twin.diagnose.posterior import least_gain, log_weight
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.diagnose.selection.racing import USUAL, Effort, Race, likeliest, once_more
 from twin.diagnose.selection.rivals import Report, fitted_rivals
@@ -122,8 +122,9 @@ def search_causes(
     stages: list[Stage] = []
     while not stages or (stages[-1].accepted and len(stages) < 2 * most):
         stages.append(_one_more(data, model, causes, most, effort, report))
+        model = stages[-1].best
         if stages[-1].accepted:
-            data, model = _taken_up(data, stages[-1].best, report)
+            data, model = _taken_up(data, model, report)
             if (simpler := _one_less(data, model, causes, stages[-1], report)) is not None:
                 stages.append(simpler)
                 data, model = _taken_up(data, simpler.best, report)
@@ -152,8 +153,10 @@ def _one_more(
     if len(model.hypotheses) < most:
         race = Race(evidence, harmonics, tolerances, effort)
         rivals = fitted_rivals(race, start_of_rivals, before, scores, report)
+    if _lead(evidence, rivals, before) and _gained_by_the_last(evidence, rivals[0]) < least_gain(evidence):
+        before = likeliest((before, _without_the_last(data, rivals[0], tolerances)))
     complete = not time_is_up()
-    accepted = complete and bool(rivals) and log_weight(evidence, rivals[0]) > log_weight(evidence, before)
+    accepted = complete and _lead(evidence, rivals, before)
     best = rivals[0] if accepted else before
     told = log_weight(evidence, best) + float(np.log(LIMITS.worth_a_line))
     rivals = tuple(
@@ -165,6 +168,27 @@ def _one_more(
     )
     unknown = _with_any_error(data, best, tolerances)
     return Stage(before, tuple(scores), rivals, accepted, unknown, tolerances, complete)
+
+
+def _lead(evidence: MeasuredData, rivals: Sequence[FittedModel], before: FittedModel) -> bool:
+    """Whether the first of the rivals is more probable than the model without a further cause."""
+    return len(rivals) > 0 and log_weight(evidence, rivals[0]) > log_weight(evidence, before)
+
+
+def _gained_by_the_last(evidence: MeasuredData, model: FittedModel) -> float:
+    """Nats that the last cause explains where the model ended, by the strength that is surest (Wald's test)."""
+    last = model.hypotheses[-1]
+    strengths = strengths_of(last.cause.parameters(evidence, last.label))
+    return max(((last.values[p.name] - p.null) ** 2 / last.std[p.name] ** 2 / 2 for p in strengths), default=np.inf)
+
+
+def _without_the_last(data: _Reduced, whole: FittedModel, tolerances: ResidualColumns) -> FittedModel:
+    """The model without its last cause, fitted from where it ended with it.
+
+    A cause gains by what it explains, not by a better minimum of all else that its fit came to.
+    """
+    simpler = fit_with_errors(*data, whole.baseline, whole.hypotheses[:-1], errors=whole.errors)
+    return _weighed(*data, simpler, tolerances)
 
 
 def _one_less(
