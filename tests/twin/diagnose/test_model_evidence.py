@@ -9,6 +9,7 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fitted
+from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.model_evidence import infer_errors, unexplained, with_spread
 from twin.diagnose.models import CAUSES
 from twin.diagnose.residual_columns import tolerances_of
@@ -116,9 +117,25 @@ def test_what_sound_rigs_have_of_a_cause_is_integrated_over_as_a_cause_is(drawn,
     column = with_it.evaluate(with_it.x0)[1][:, with_it.count :]
     tolerances = tolerances_of(column, with_it.blocks, with_it.held)
     without = FitProblem(evidence, None, baseline, ())
-    (one, named), (two, tolerated) = infer_errors(with_it, None), infer_errors(without, tolerances)
-    assert tolerated == pytest.approx(named, abs=0.05)
-    assert two.steps.stiffness == pytest.approx(one.steps.stiffness, rel=1e-2)
+    named, tolerated = MarginalLikelihood(with_it, None), MarginalLikelihood(without, tolerances)
+    for errors in (SOUND, errors_of(3.0)):
+        alike = named.at(errors).log_likelihood
+        assert tolerated.at(errors).log_likelihood == pytest.approx(alike, abs=1e-3)
+
+
+def test_slopes_of_the_evidence_are_its_differences(drawn, baseline):
+    """By the logarithm of each error: fourth-order differences of the likelihood itself."""
+    marginal = MarginalLikelihood(with_gain(baseline, drawn(errors_of(2.0), seed=6))(SOUND), None)
+    sizes, step = SOUND.log_sizes, 1e-2
+
+    def at(away):
+        return marginal.at(SOUND.with_log_sizes(sizes + away)).log_likelihood
+
+    slopes = marginal.with_slopes(SOUND)[1]
+    for which, slope in enumerate(slopes):
+        away = step * (np.arange(len(sizes)) == which)
+        difference = (8 * (at(away) - at(-away)) - at(2 * away) + at(-2 * away)) / (12 * step)
+        assert slope == pytest.approx(difference, rel=1e-2, abs=0.02)
 
 
 def test_noise_alone_leaves_what_its_unknowns_do_not_explain(measured, baseline):
