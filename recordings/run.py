@@ -21,8 +21,8 @@ __all__ = [
     "Samples",
     "Step",
     "StepState",
+    "channel_blocks",
     "pieces",
-    "side_by_side",
 ]
 
 STAMP_ROUNDING_ns = 1.5
@@ -212,7 +212,9 @@ class DeviceSamples:
         return np.asarray(np.where(is_clock, measured_ns, nominal_ns))
 
 
-def side_by_side(device: DeviceSamples, start: int = 0, stop: int | None = None) -> Iterator[tuple[str, NDArray[Any]]]:
+def channel_blocks(
+    device: DeviceSamples, start: int = 0, stop: int | None = None
+) -> Iterator[tuple[str, NDArray[Any]]]:
     """The :func:`pieces` of every channel of a device, each with its name, the first of all before the second of any.
 
     A block has the samples of all channels: so it is read once, not once for each channel.

@@ -21,7 +21,7 @@ from recordings.container import stored
 from recordings.container.assemble import Assembler
 from recordings.container.messages import decode_block, decode_series, encode_block
 from recordings.container.stored import with_samples
-from recordings.run import pieces, side_by_side
+from recordings.run import channel_blocks, pieces
 
 FEW = Limits(held_samples=1024, gap_fill=300)
 """Four blocks are kept, so that nearly all is read again."""
@@ -75,7 +75,7 @@ def test_side_by_side_every_block_is_decoded_once(disordered, monkeypatch):
     monkeypatch.setattr(recordings.run, "PIECE", 500)
     monkeypatch.setattr(stored, "decode_series", lambda *given: decoded.append(1) or decode_series(*given))
     seen = {name: [] for name in device.values}
-    for name, piece in side_by_side(device, 100, 9000):
+    for name, piece in channel_blocks(device, 100, 9000):
         seen[name].append(piece)
     for name, expected in held.values.items():
         assert bits(np.concatenate(seen[name])) == bits(expected[100:9000])
@@ -151,7 +151,7 @@ import numpy as np
 from drivers.virtual.recorded import RecordedSource
 from recordings import Channel, RunWriter, SampleBlock, check_run, read_run
 from recordings.convert.mcap_run import write_mcap
-from recordings.run import pieces, side_by_side
+from recordings.run import pieces, channel_blocks
 NAMES = ("force", "acc1", "acc2", "acc3")
 channels = [Channel(name=name, quantity="force", unit="N", range=9.0) for name in NAMES]
 noise = np.random.default_rng(0).standard_normal((4, 8192)).astype(np.float32)

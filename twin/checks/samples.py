@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from recordings.container.stored import with_samples
-from recordings.run import PIECE, DeviceSamples, Run, Samples, pieces, side_by_side
+from recordings.run import PIECE, DeviceSamples, Run, Samples, channel_blocks, pieces
 from recordings.sweeps import sweeps
 from recordings.whereabouts import working_on
 from twin.arrays import Array
@@ -33,7 +33,7 @@ def look_at_samples(run: Run, *, force: str) -> tuple[Run, list[Finding]]:
     sizes: dict[str, _Sizes] = {}
     for device in run.devices.values():
         sizes |= {name: _Sizes(len(samples)) for name, samples in device.values.items()}
-        for name, piece in side_by_side(device):
+        for name, piece in channel_blocks(device):
             sizes[name].take(piece)
     wild: dict[str, list[Finding]] = {}
     for channel in channels:
@@ -152,7 +152,7 @@ def _measured(run: Run, device: DeviceSamples) -> dict[str, _Seen]:
     parts = [part for part in stretches or [(0, len(device))] if part[0] < part[1]]
     seen = {name: _Seen(parts) for name in device.values}
     for part in parts:
-        for name, piece in side_by_side(device, *part):
+        for name, piece in channel_blocks(device, *part):
             seen[name].take(piece)
         for name, jumps in _overflows(device, *part).items() if stretches else ():
             seen[name].jumps += jumps
@@ -233,7 +233,7 @@ def _zeros(samples: Samples, seen: _Seen) -> float:
 def _overflows(device: DeviceSamples, start: int, stop: int) -> dict[str, int]:
     """How often a channel's sample is at the other end of all, while those beside go the other way: not if cut off."""
     ends: dict[str, list[float]] = {name: [] for name in device.values}
-    for name, piece in side_by_side(device, start, stop):
+    for name, piece in channel_blocks(device, start, stop):
         ends[name] += [np.min(piece), np.max(piece)]
     spans = {name: np.ptp(both) for name, both in ends.items() if stop - start >= 4 and np.isfinite(both).all()}
     jumps, count = dict.fromkeys(spans, 0), dict.fromkeys(spans, 0)
