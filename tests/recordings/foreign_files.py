@@ -24,11 +24,13 @@ def _frame(signals: Signals, rate_Hz: float) -> object:
 
 
 def by_pandas(path: Path, signals: Signals, rate_Hz: float) -> None:
-    _frame(signals, rate_Hz).to_csv(path, index=False)
+    with np.printoptions(legacy=False):  # as a program of its own: packages of other tests may set it for all
+        _frame(signals, rate_Hz).to_csv(path, index=False)
 
 
 def by_pandas_in_german(path: Path, signals: Signals, rate_Hz: float) -> None:
-    _frame(signals, rate_Hz).to_csv(path, sep=";", decimal=",", encoding="cp1252", lineterminator="\r\n")
+    with np.printoptions(legacy=False):
+        _frame(signals, rate_Hz).to_csv(path, sep=";", decimal=",", encoding="cp1252", lineterminator="\r\n")
 
 
 def by_numpy(path: Path, signals: Signals, rate_Hz: float) -> None:
