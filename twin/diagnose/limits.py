@@ -28,6 +28,9 @@ class Limits:
     # gaussian_process.py
     gaussian_process_felt: float = 0.01
     """Least variance of a column, summed over its points: a tenth of the process's deviation at one of them."""
+    # marginal_likelihood.py
+    slope_step: float = 1e-4
+    """Of the logarithm of an error, in a difference quotient."""
     # model_evidence.py
     model_evidence_roughness: tuple[float, float] = (-2.5, 4.5)
     """Logarithm of the roughness over a sound rig's in which the likeliest is looked for."""
@@ -35,8 +38,8 @@ class Limits:
     """The same of the error of the shares in odd harmonics."""
     model_evidence_shifts: tuple[float, float] = (-3.5, 3.0)
     """And of the shifts: rooms change by ten kelvin at most, twenty times half a kelvin."""
-    slope_step: float = 1e-4
-    """Of the logarithm of an error, in a difference quotient."""
+    model_evidence_close: float = 1e-7
+    """Relative change of the log evidence that ends the search for errors: a thousandth of a nat."""
     model_evidence_refitted: int = 2
     """Most fits, each with the errors that the last one inferred."""
     # parallel_map.py

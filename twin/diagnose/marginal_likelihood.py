@@ -133,10 +133,11 @@ class MarginalLikelihood:
         pull = gram[1:, 0] - precision @ self._away
         free = not_held_back(self._x, pull, *self._bounds)
         step = np.zeros(len(pull))
-        step[free] = Cholesky.of(information[np.ix_(free, free)]).solve(pull[free])
+        whole = Cholesky.of(information)
+        own = whole if free.all() else Cholesky.of(information[np.ix_(free, free)])
+        step[free] = own.solve(pull[free])
         cost = gram[0, 0] + self._away @ precision @ self._away - pull @ step
-        determinant += Cholesky.of(information).log_determinant
-        log_likelihood = float(-0.5 * (cost + determinant)) - self._problem.log_prior_mass
+        log_likelihood = float(-0.5 * (cost + determinant + whole.log_determinant)) - self._problem.log_prior_mass
         return AboutFit(log_likelihood, information, free, step)
 
     def with_slopes(self, errors: ErrorModel) -> tuple[float, Array]:

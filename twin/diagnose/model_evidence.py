@@ -106,7 +106,8 @@ def infer_errors(
         for pair in (OF_BROADBAND, OF_STEPS):  # they can stand for each other: two maxima
             grid = [_with(sizes, pair, middle[pair] + np.log([a, b])) for a in GRID for b in GRID]
             sizes = min((sizes, *grid), key=cost)
-        ends.append(minimize(with_slopes, sizes, jac=True, bounds=bounds, method="L-BFGS-B", options={"ftol": 1e-7}))
+        close = {"ftol": LIMITS.model_evidence_close}
+        ends.append(minimize(with_slopes, sizes, jac=True, bounds=bounds, method="L-BFGS-B", options=close))
     likeliest = min(ends, key=lambda end: end.fun)
     return errors.with_log_sizes(likeliest.x), -float(likeliest.fun)
 

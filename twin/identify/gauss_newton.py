@@ -150,10 +150,12 @@ def minimise(
                 turn = _turn(step, free, scaled, J, (ahead - residual) / LIMITS.gauss_newton_probed + J @ step)
                 # Where unknowns nearly make up for each other, damping turns a step off the valley.
                 straight = 0.5**trial_number * newton * _shorter(newton, largest_step)
-                costs = []
-                for trial in (tried := [np.clip(moved(x, each), lower, upper) for each in (step + turn, straight)]):
-                    costs.append(_square(residual_alone(trial)) + float((trial - mean) @ precision @ (trial - mean)))
-                trial, promising = tried[int(np.argmin(costs))], np.nanmin([*costs, np.inf]) < chi2 + penalty
+                tried = [
+                    np.clip(moved(x, each), lower, upper) for each in (step + turn, straight) if np.isfinite(each).all()
+                ]
+                costs = [_square(residual_alone(one)) + (one - mean) @ precision @ (one - mean) for one in tried]
+                best = int(np.argmin(np.nan_to_num(costs, nan=np.inf)))
+                trial, promising = tried[best], bool(costs[best] < chi2 + penalty)
             p = float((trial - mean) @ precision @ (trial - mean))
             if promising:
                 r, Jr = evaluate(trial)

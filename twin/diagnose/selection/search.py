@@ -179,7 +179,8 @@ def _gained_by_the_last(evidence: MeasuredData, model: FittedModel) -> float:
     """Nats that the last cause explains where the model ended, by the strength that is surest (Wald's test)."""
     last = model.hypotheses[-1]
     strengths = strengths_of(last.cause.parameters(evidence, last.label))
-    return max(((last.values[p.name] - p.null) ** 2 / last.std[p.name] ** 2 / 2 for p in strengths), default=np.inf)
+    fitted = [p for p in strengths if not p.is_known]
+    return max(((last.values[p.name] - p.null) ** 2 / last.std[p.name] ** 2 / 2 for p in fitted), default=np.inf)
 
 
 def _without_the_last(data: _Reduced, whole: FittedModel, tolerances: ResidualColumns) -> FittedModel:

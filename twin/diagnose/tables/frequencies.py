@@ -21,7 +21,7 @@ from twin.diagnose.effects import with_effects
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
 from twin.diagnose.model_evidence import fit_with_errors, unexplained
 from twin.diagnose.models import CAUSES
-from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, RARER_IN_FREQUENCIES, log_weight
+from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, RARER_IN_FREQUENCIES, least_gain, log_weight
 from twin.diagnose.selection.racing import WHATEVER
 from twin.diagnose.selection.search import Search, search_causes
 from twin.diagnose.tables.felt import felt_causes
@@ -355,7 +355,7 @@ class _Frequencies:
             sensors = [light if other is sensor else other for other in rig.sensors]
             lighter = self.evidence.against(rig.model_copy(update={"sensor": sensors}))
             without = fit_with_errors(lighter, None, fit_base(lighter).baseline, ())
-            if self.search.base.log_evidence - without.log_evidence < -LOG_ODDS_OF_A_CAUSE:
+            if self.search.base.log_evidence - without.log_evidence < least_gain(self.evidence):
                 continue
             passable = rig.layout().passable
             position = rig.position_of(sensor.channel) if passable else place.at
