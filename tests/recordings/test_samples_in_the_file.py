@@ -69,7 +69,7 @@ def test_every_window_is_that_of_an_array_to_the_bit(disordered):
         assert samples[-1] == expected[-1]
 
 
-def test_side_by_side_every_block_is_decoded_once(disordered, monkeypatch):
+def test_channels_together_decode_every_block_once(disordered, monkeypatch):
     path, held = disordered
     device, decoded = read_run(path, limits=FEW).devices["daq"], []
     monkeypatch.setattr(recordings.run, "PIECE", 500)

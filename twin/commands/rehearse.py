@@ -17,7 +17,7 @@ from recordings.errors import InputError
 from recordings.staging import staged_folder
 from twin.commands.common.options import FILE, causes_option, json_option, laws_option, overwrite_option
 from twin.commands.common.output import next_step, plain, print_json, say, stage, tell_assumed, typed, write_json
-from twin.commands.common.rehearsing import Meter, run_here, run_side_by_side
+from twin.commands.common.rehearsing import Meter, run_here, run_in_parallel
 from twin.commands.common.viewing import WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def command(
         jobs = [replace(job, written=folder / part) for job, (_, part) in zip(jobs, parts, strict=True)]
         for job in jobs:
             job.written.mkdir(exist_ok=True)
-        results = [run_here(jobs[0])] if not several else run_side_by_side(jobs, several)
+        results = [run_here(jobs[0])] if not several else run_in_parallel(jobs, several)
         result: dict[str, Any] = results[0]
         if several:
             result = {"preloads": {r["preload"]: r for r in results}}

@@ -85,7 +85,7 @@ def run_here(job: _Job) -> dict[str, Any]:
         return job.run(Meter(0, lambda mark: _draw(bar, [task], mark), lambda: False))
 
 
-def run_side_by_side(jobs: Sequence[_Job], names: Sequence[str]) -> list[dict[str, Any]]:
+def run_in_parallel(jobs: Sequence[_Job], names: Sequence[str]) -> list[dict[str, Any]]:
     """Run each job in a process of its own.
 
     An interrupt, whoever of the processes was sent it, ends all of them in order, each with what it has; so does the

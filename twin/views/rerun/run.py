@@ -51,8 +51,8 @@ def save_run(run: Run, path: Path, *, rehearsal: Mapping[str, Any] | None = None
         if told:
             left += [log_view(TIME)]
         right: list[Any] = [rrb.Vertical(*signals)] if signals else []
-        right += [_side_by_side(charts)] if charts else []
-        bottom: list[Any] = ([harmonics] if harmonics else []) + ([_side_by_side(backbones)] if backbones else [])
+        right += [_in_columns(charts)] if charts else []
+        bottom: list[Any] = ([harmonics] if harmonics else []) + ([_in_columns(backbones)] if backbones else [])
         right += [rrb.Horizontal(*bottom, column_shares=[1.6, 1.0][: len(bottom)])] if bottom else []
         shares = ([1.9] if signals else []) + ([2.1] if charts else []) + ([1.6] if bottom else [])
         layout = rrb.Horizontal(
@@ -113,7 +113,7 @@ def _envelope(values: Array) -> tuple[Array, Array]:
     return extremes(values, 2 * -(-len(values) // MOST_SAMPLES) if len(values) > MOST_SAMPLES else 1)
 
 
-def _side_by_side(views: Sequence[Any]) -> Any:
+def _in_columns(views: Sequence[Any]) -> Any:
     """One beside the other; what has a name of its own, each behind a tab."""
     tabs = all(isinstance(view, rrb.Horizontal) for view in views)
     return rrb.Tabs(*views) if tabs and len(views) > 1 else rrb.Horizontal(*views)
