@@ -125,11 +125,10 @@ def minimise(
         gradient = J.T @ residual - precision @ (x - mean)
         # A parameter that its limit holds back takes no part: the others' steps would else count on its moving.
         free = not_held_back(x, gradient, lower, upper)
-        block = np.ix_(free, free)
         small = tolerance * max(1.0, (chi2 + penalty) / max(1, len(residual)))
-        newton = np.zeros(len(x))
-        newton[free] = _solved(A[block], gradient[free])
-        promised = float(gradient @ newton)
+        room = lower - x, upper - x
+        newton = _step_inside(A, gradient, free, room, largest_step)
+        promised = float(newton @ (2 * gradient - A @ newton))
         here: Ending = "settled" if promised < small else "stuck"
         if promised < LIMITS.gauss_newton_left * small or gained_little:
             ended = here
@@ -137,8 +136,7 @@ def minimise(
         accepted = at_once = False
         for trial_number in range(LIMITS.gauss_newton_trials):
             scaled = A + damping * np.diag(np.diag(A))
-            step = np.zeros(len(x))
-            step[free] = _solved(scaled[block], gradient[free])
+            step = _step_inside(scaled, gradient, free, room, largest_step)
             if not np.isfinite(step).all():
                 damping *= 8.0
                 continue
@@ -216,6 +214,23 @@ def _shorter(step: Array, largest: Array | None) -> float:
 def _square(r: Array) -> float:
     """Sum of squares; NaN, so that it is below no limit, where an entry is not finite."""
     return float(r @ r) if np.isfinite(r).all() else np.nan
+
+
+def _step_inside(A: Array, b: Array, free: Array, room: tuple[Array, Array], largest: Array | None) -> Array:
+    """What solves A step = b in the parameters that are free, where those it takes to a limit go no farther.
+
+    The others follow these: where parameters hang together, such as a smooth curve's values, one that is merely cut
+    off at its limit tears them apart.  A step that will be shortened anyway may not come to any limit.
+    """
+    free, step = free.copy(), np.zeros(len(b))
+    while free.any():
+        step[free] = _solved(A[np.ix_(free, free)], b[free] - A[np.ix_(free, ~free)] @ step[~free])
+        beyond = free & ((step < room[0]) | (step > room[1]))
+        if not beyond.any() or _shorter(step, largest) < 1:
+            break
+        step[beyond] = np.clip(step, *room)[beyond]
+        free &= ~beyond
+    return step
 
 
 def _solved(A: Array, b: Array) -> Array:

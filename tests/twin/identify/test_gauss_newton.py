@@ -115,6 +115,23 @@ def test_correlated_parameters_give_way_to_the_one_at_its_limit():
     assert np.max(excess) < 0.01
 
 
+def test_a_smooth_curve_at_a_limit_stays_smooth():
+    """Cut off at its limit alone, a value tears the curve: each step then costs more, and the search is stuck."""
+    x = np.linspace(0.0, 1.0, 30)
+    curve = 2.0 * x - 0.3
+    third = np.diff(np.eye(30), 3, axis=0)
+    precision, bounds = 1e7 * third.T @ third + 1e-3 * np.eye(30), (np.zeros(30), np.full(30, np.inf))
+    start = np.maximum(curve, 0.0)
+    mean = np.zeros(30)
+    found = minimise(
+        lambda x: (10.0 * (curve - x), 10.0 * np.eye(30)), start, mean=mean, precision=precision, bounds=bounds,
+        largest_step=np.ones(30), tolerance=1e-6,
+    )  # fmt: skip
+    cost, _ = reference(lambda x: 10.0 * (curve - x), start, mean, precision, bounds)
+    assert found.ended == "settled"
+    assert found.cost < 1.001 * cost
+
+
 def test_a_start_beyond_a_limit_begins_at_it():
     """Else every step, cut to the limits, costs more than the start, and none is taken."""
     A, y, mean, precision = line(5)
