@@ -15,6 +15,7 @@ from twin.identify.forward.linear_forward_model import LinearForwardModel
 from twin.identify.forward.shaker_impedance import drive_stiffness
 from twin.identify.frequency_shifts import shift_of_run, shift_of_steps
 from twin.identify.limits import LIMITS
+from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.linear.structural_modification import attach, update_receptance
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, NoiseMotion
@@ -93,9 +94,15 @@ class ForwardModel(LinearForwardModel):
         self, data: BinnedResponse, baseline: BaselineParameters, omega: Array, *, inner: bool = False
     ) -> tuple[Array, Array]:
         """Receptances at the run's time, without local nonlinear forces; and the rig's own omega."""
-        time, base = self.run_times(data, omega), baseline.base.shifted(data.frequency_offset)
-        omega = self.clock(omega, time) / (1 + shift_of_run(self.evidence, data, baseline.shifts))
+        time = self.run_times(data, omega)
+        omega = self.clock(omega, time)
+        base = self.base_in(data, baseline)
         return self.receptance(omega, base, time, inner=inner, drive=data.drive), omega
+
+    def base_in(self, data: BinnedResponse, baseline: BaselineParameters) -> LinearParameters:
+        """The linear parameters as they were in a broadband run."""
+        shift = shift_of_run(self.evidence, data, baseline.shifts)
+        return baseline.base.shifted(data.frequency_offset + shift)
 
     def noise_motion(self, R: Array, omega: Array, data: BinnedResponse) -> tuple[NoiseMotion, ...]:
         """How the port of each local nonlinear force moves in a broadband run.

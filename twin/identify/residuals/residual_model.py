@@ -152,7 +152,7 @@ class ResidualModel(ForwardModel):
     def _broadband_change(self, data: BinnedResponse, baseline: BaselineParameters, R: Array, omega: Array) -> Array:
         """D log response / d base parameters (b, o, u)."""
         p, into, time = self.model.ports, self.driven(R, omega), self.run_times(data, omega)
-        baseline = replace(baseline, base=baseline.base.shifted(data.frequency_offset))
+        baseline = replace(baseline, base=self.base_in(data, baseline))
         change = self._base_change(self.model, R, omega, baseline, time, np.arange(R.shape[1])[p.outputs], into)
         return np.asarray(self.measured_change(change, omega) / self.responses(R, omega)[:, :, None])
 
@@ -383,11 +383,13 @@ class ResidualModel(ForwardModel):
             ):
                 response[:, :, columns] += influence.response[:, :, which] @ k
                 moved[:, :, columns] += influence.motion[:, :, which] @ k
-        moved, response = self.local.follow(baseline.laws, amplitude, omega, influence, moved, response, balance.added)
         for number, rows in shifted_sweeps(self.evidence, baseline.shifts):
-            for each in (response, moved):
-                by_frequencies = each[rows][:, :, baseline.blocks["frequency_discrepancy"]]
-                each[rows, :, baseline.of_shifts.start + number] = SHIFT * by_frequencies.sum(axis=2)
+            for each, felt in ((response, influence.response), (moved, influence.motion)):
+                # All natural frequencies are those at other ones of the drive, where no law's stiffness changes.
+                by_frequencies = each[rows][:, :, baseline.blocks["frequency_discrepancy"]].sum(axis=2)
+                by_law = (felt[rows] @ balance.stiffness[rows][:, :, None])[:, :, 0]
+                each[rows, :, baseline.of_shifts.start + number] = SHIFT * (by_frequencies + 2 * by_law)
+        moved, response = self.local.follow(baseline.laws, amplitude, omega, influence, moved, response, balance.added)
         return response, moved
 
     def _forced(self, baseline: BaselineParameters, R: Array) -> tuple[Array, int, Array]:

@@ -138,7 +138,7 @@ def test_every_sensitivity_is_the_derivative_of_the_residual(evidence, baseline)
 
 
 def test_shifts_of_the_run_and_the_sweep_have_their_sensitivities(evidence, baseline):
-    """As with the other unknowns, but that no mode beyond the damped ones is shifted in them."""
+    """But for the whitening's own change with them, and for modes beyond the damped ones."""
     residual_model, shifted = ResidualModel(evidence), replace(baseline, shifts=np.array([0.5, -1.0]))
     found = residual_model.evaluate(shifted)
     for own, other in ((0, "steps"), (1, "broadband 0")):
