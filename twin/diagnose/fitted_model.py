@@ -8,6 +8,7 @@ from scipy.special import ndtr
 
 from twin.arrays import Array
 from twin.diagnose.cause import Cause, Parameter
+from twin.diagnose.residual_columns import ResidualColumns
 from twin.identify.base_fit import baseline_bounds
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.cholesky import Cholesky
@@ -22,7 +23,7 @@ from twin.identify.residuals.likelihood import residual_model, solves_modes, sou
 from twin.identify.residuals.linearisation import Linearisation
 from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.residual_model import ResidualModel
-from twin.identify.residuals.whitening import HarmonicResiduals
+from twin.identify.residuals.whitening import HarmonicResiduals, LowRankWhitening
 
 __all__ = ["CauseHypothesis", "FitProblem", "FittedModel", "difference_step", "fit_model", "modification_of"]
 
@@ -283,6 +284,7 @@ def fit_model(
     rounds: int = LIMITS.base_fit_reweighted,
     held: tuple[int, str] | None = None,
     frozen: bool = False,
+    tolerances: ResidualColumns | None = None,
 ) -> FittedModel:
     """Fit the base family together with the causes' parameters, at one model error.
 
@@ -295,6 +297,8 @@ def fit_model(
     rounds
         Most searches that follow the first one, each with the weights at the last one's end, while they gain anything;
         none where another fit begins at the end of this one anyway.
+    tolerances
+        What sound rigs have of every cause, which is integrated over; nothing by default.
     """
     shared = []
     for hypothesis in hypotheses:
@@ -304,8 +308,14 @@ def fit_model(
 
     def solve(x: Array, *, iterations: int) -> Solution:
         problem.weigh(x)
+        white = LowRankWhitening.of(tolerances.whitened(problem.held)) if tolerances else np.asarray
+
+        def evaluate(x: Array) -> tuple[Array, Array]:
+            r, J = problem.evaluate(x)
+            return white(r), white(J)
+
         return minimise(
-            problem.evaluate,
+            evaluate,
             x,
             mean=problem.mean,
             precision=problem.precision,
@@ -314,7 +324,7 @@ def fit_model(
             tolerance=tolerance,
             largest_step=problem.largest_step,
             moved=problem.moved,
-            residual_alone=lambda x: problem.predict(x).residual,
+            residual_alone=lambda x: white(problem.predict(x).residual),
         )
 
     solution = minimise_reweighted(solve, problem.x0, rounds=rounds, tolerance=tolerance, iterations=iterations)

@@ -22,7 +22,8 @@ def marginal_over_places(problem: FitProblem, tolerances: ResidualColumns | None
     """The problem at the most probable places of its causes, and standard deviations (n,) of the unknowns about it.
 
     The posterior's variance, integrated over all that a sound rig may have, and the square of how far its mean is
-    away.  Those of a cause with a place are taken over all its places.
+    away.  Those of a cause with a place are taken over all its places.  The data say as little of a size as they say of
+    a cause, see :func:`temperature`.
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ def marginal_over_places(problem: FitProblem, tolerances: ResidualColumns | None
         if parameter.is_location and not parameter.is_threshold:
             here, spread = _over_places(here, tolerances, number, cause, parameter)
             told |= {k: spread[k] for k, (i, _) in enumerate(problem.slots, problem.count) if i == cause}
-    spread = np.sqrt(np.diag(here.covariance) + here.step**2)
+    spread = np.sqrt(temperature(problem.evidence) * np.diag(here.covariance) + here.step**2)
     spread[list(told)] = list(told.values())
     return here.problem, spread
 
@@ -76,7 +77,9 @@ class _Expansion:
         step = self.step - along * self.step[number]
         return step, np.diag(self.covariance) - along**2 * self.covariance[number, number]
 
-    def beside(self, number: int, cause: int, parameter: Parameter, away: float) -> FitProblem | None:
+    def beside(
+        self, number: int, cause: int, parameter: Parameter, away: float, tolerances: ResidualColumns | None
+    ) -> FitProblem | None:
         """The problem with one of the causes' place so far away and all else fitted there; None beyond its limits."""
         problem = self.problem
         lower, upper = problem.bounds
@@ -87,6 +90,7 @@ class _Expansion:
         fit = fit_model(
             problem.evidence, problem.harmonics, problem.baseline(x), problem.hypotheses(x), errors=problem.errors,
             iterations=LIMITS.beside_iterations, tolerance=2.0, rounds=0, held=(cause, parameter.name),
+            tolerances=tolerances,
         )  # fmt: skip
         return FitProblem(problem.evidence, problem.harmonics, fit.baseline, fit.hypotheses, errors=problem.errors)
 
@@ -108,7 +112,7 @@ def _over_places(
     places, means, variances = [here], [here.problem.x0 + step], [variance]
     for away in (apart, -apart):
         last = here
-        while (beside := last.beside(number, cause, parameter, away)) is not None:
+        while (beside := last.beside(number, cause, parameter, away, tolerances)) is not None:
             last = _Expansion.about(beside, tolerances)
             log_mass = last.log_density(number) + np.log(apart)
             if not log_mass > max(log_masses) - LIMITS.negligible_nats * overstated:
@@ -120,5 +124,5 @@ def _over_places(
             variances.append(variance)
     best = places[int(np.argmax(log_masses))]
     weights = np.exp((np.array(log_masses) - max(log_masses)) / overstated)
-    about = np.array(variances) + (np.array(means) - best.problem.x0) ** 2
+    about = overstated * np.array(variances) + (np.array(means) - best.problem.x0) ** 2
     return best, np.asarray(np.sqrt(weights @ about / weights.sum()))

@@ -129,6 +129,7 @@ def fit_with_errors(
     tolerances: ResidualColumns | None = None,
     tolerance: float = 0.3,
     exact: bool = False,
+    frozen: bool = False,
 ) -> FittedModel:
     """Fit a model and infer its error, in turn; the likeliest of these fits, with its log evidence.
 
@@ -139,12 +140,23 @@ def fit_with_errors(
     exact
         Whether errors below a sound rig's matter, too: not to compare rivals, but parameters that make up for each
         other are found with the errors alone that the data ask for.
+    frozen
+        Whether the causes keep their values.
     """
     errors = errors or sound_errors(evidence)
     least = -np.inf if exact else sound_errors(evidence).log_sizes[:OF_SOFTENING]
     likeliest: FittedModel | None = None
     for _ in range(LIMITS.model_evidence_refitted):
-        model = fit_model(evidence, harmonics, start, hypotheses, errors=errors, tolerance=tolerance)
+        model = fit_model(
+            evidence,
+            harmonics,
+            start,
+            hypotheses,
+            errors=errors,
+            tolerance=tolerance,
+            tolerances=tolerances,
+            frozen=frozen,
+        )
         if model.solution.ended == "not finite":
             return likeliest or replace(model, log_evidence=-np.inf)
         start, hypotheses = model.baseline, model.hypotheses

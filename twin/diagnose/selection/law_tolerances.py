@@ -117,17 +117,21 @@ def _of_stiffness(
 def _of_harmonics(
     residual_model: ResidualModel, baseline: BaselineParameters, along: Array, coordinates: Array
 ) -> list[ResidualColumns]:
-    """Odd harmonics err smoothly with the amplitude, beside each point's share on its own.
+    """Harmonics err smoothly with the amplitude, beside what errs at each step on its own.
 
-    The shares along a layer, where what all points share is free anyway, and what friction makes of the slips, of
-    which the law says nothing.
+    Of odd ones the shares along a layer, where what all points share is free anyway, and what friction makes of the
+    slips, of which the law says nothing; of even ones what a model has of them.
     """
     harmonics, found = residual_model.harmonics, []
     if harmonics is None:
         return []
     curves = smooth_columns(coordinates)
     shared = np.moveaxis(harmonics.shares @ along, 3, 0)
-    for each in (friction_harmonics(residual_model, baseline, harmonics.orders), *shared):
+    friction = friction_harmonics(residual_model, baseline, harmonics.orders)
+    R, _, balance = residual_model.step_receptance(baseline)
+    made = residual_model.extra_harmonics(baseline, R, balance)
+    even = np.where(harmonics.orders % 2, 0.0, OF_RESIDUALS.even_error)[:, None] * made
+    for each in (friction, *shared, even):
         for order in np.flatnonzero(np.any(each, axis=(0, 2))):
             columns = np.zeros((*each.shape, 2 * curves.shape[1]), complex)
             one = each[:, order, :, None] * curves[:, None]

@@ -12,6 +12,7 @@ from twin.diagnose.cause import Parameter
 from twin.diagnose.fitted_model import FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.parallel_map import parallel_map
+from twin.diagnose.residual_columns import ResidualColumns
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
@@ -28,7 +29,11 @@ def threshold_of(evidence: MeasuredData, fit: FittedModel) -> Parameter | None:
 
 
 def highest_of_profile(
-    evidence: MeasuredData, harmonics: HarmonicResiduals | None, fit: FittedModel, threshold: Parameter
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    fit: FittedModel,
+    threshold: Parameter,
+    tolerances: ResidualColumns,
 ) -> FittedModel:
     """The fit with the likeliest value of a threshold of its last cause, all else fitted at the model error of `fit`.
 
@@ -36,7 +41,7 @@ def highest_of_profile(
     """
     for halvings in range(1 + LIMITS.profile_halvings):
         ratio, most = LIMITS.profile_apart**0.5**halvings, 1 if halvings else None
-        work = [(fit, threshold, factor, most) for factor in (ratio, 1 / ratio)]
+        work = [(fit, threshold, factor, most, tolerances) for factor in (ratio, 1 / ratio)]
         fit = min((fit, *parallel_map(_along, (evidence, harmonics), work)), key=lambda found: found.solution.cost)
     return fit
 
@@ -48,6 +53,7 @@ def _along(
     threshold: Parameter,
     factor: float,
     most: int | None,
+    tolerances: ResidualColumns,
 ) -> FittedModel:
     """The best fit of those in one direction, up to so many; it is left where two in a row lead nowhere."""
     best = last = fit
@@ -66,6 +72,7 @@ def _along(
             tolerance=0.5,
             rounds=0,
             held=(len(before), threshold.name),
+            tolerances=tolerances,
         )
         best = min(best, found, key=lambda each: each.solution.cost)
         failed = failed + 1 if found.solution.cost > LIMITS.profile_hopeless * best.solution.cost else 0

@@ -117,19 +117,15 @@ class Race:
         fits = parallel_map(partial(_fit_last, tolerances=self.tolerances), (self.evidence, self.harmonics), work)
         return [fit for fit in fits if np.isfinite(fit.log_evidence)]
 
-    def with_best_threshold(self) -> list[FittedModel]:
-        """The model whose threshold is the likeliest of all, from the rival that leads of those that have one.
-
-        None where no rival has a threshold, or none has come to the smallest of the model errors on the way.
-        """
-        nearest = self.on_the_way[min(self.on_the_way)] if self.on_the_way else []
-        rivals = [(fit, p) for fit in nearest if (p := threshold_of(self.evidence, fit))]
-        if not rivals or time_is_up():
+    def with_best_threshold(self, leading: FittedModel) -> list[FittedModel]:
+        """The model whose threshold is the likeliest of all, where the last cause has one."""
+        threshold = threshold_of(self.evidence, leading)
+        if threshold is None or time_is_up():
             return []
-        leading, threshold = min(rivals, key=lambda rival: rival[0].solution.cost)
-        sound = sound_errors(self.evidence)
-        found = highest_of_profile(self.evidence, self.harmonics, leading, threshold)
-        return [_fit_last(self.evidence, self.harmonics, found.baseline, found.hypotheses, sound, self.tolerances)]
+        found = highest_of_profile(self.evidence, self.harmonics, leading, threshold, self.tolerances)
+        return [
+            _fit_last(self.evidence, self.harmonics, found.baseline, found.hypotheses, found.errors, self.tolerances)
+        ]
 
 
 def _same(one: Sequence[CauseHypothesis], other: Sequence[CauseHypothesis]) -> bool:

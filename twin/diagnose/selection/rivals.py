@@ -10,7 +10,6 @@ from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, 
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.posterior import least_gain, log_weight
-from twin.diagnose.selection.profile import threshold_of
 from twin.diagnose.selection.racing import Begun, Effort, Race, likeliest, once_more
 from twin.diagnose.selection.score_test import Score
 from twin.identify.base_fit import law_from_steps
@@ -32,33 +31,28 @@ def fitted_rivals(
 ) -> tuple[FittedModel, ...]:
     """The models with one more cause, of those that the scores promise, the most probable first.
 
-    They begin at `model`; `before` is the same with the errors that it needs beside what sound rigs have.  Where none
-    of them is as exact as sound rigs' models are, or the likeliest ran out of iterations, fits begin elsewhere, too.
+    They begin at `model`; `before` is the same with the errors that it needs beside what sound rigs have.  What the law
+    imitates may lead a fit astray: such causes begin beside no law, too, as does a leading one that has not settled,
+    and all where none is as exact as sound rigs' models are.
     """
     evidence, effort = race.evidence, race.effort
-    fits: list[FittedModel] = []
     promising = _promising(evidence, scores, effort)
+    fits = _begun_and_raced(race, model, _beside_the_law, promising, report)
     # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
     names = {rival.cause.name for rival in promising if rival.cause.tried_at_full_size}
-    labels = [score.hypothesis for score in _best_of_each(scores).values() if score.hypothesis.cause.name in names]
-    from_nominal = [_at_full_size(evidence, rival) for rival in labels]
-    beside = [rival for rival in promising if not rival.cause.tried_at_full_size]
+    again = [score.hypothesis for score in _best_of_each(scores).values() if score.hypothesis.cause.name in names]
+    if fits and not (leading := likeliest(fits)).solution.settled:
+        own = leading.hypotheses[-1]
+        again += [rival for rival in promising if rival.key == own.key and own.cause.name not in names]
     if isinstance(evidence, MeasuredFrequencies):
-        from_nominal += beside  # frequencies alone have several minima: the best without a cause may lead to another
-    for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, from_nominal)):
-        fits += _begun_and_raced(race, model, begin, rivals, report)
+        again = promising  # frequencies alone have several minima: the best without a cause may lead to another
     sound = sound_errors(evidence)
-    # The law imitates at first what goes by the amplitude, and then leads its fit astray.
-    again = [rival for rival in beside if _goes_by_amplitude(evidence, rival)]
     if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (before,)))):
-        again += _elsewhere(evidence, scores, promising, effort)
-    elif fits:
-        leading = likeliest(fits)
-        ran_out = leading.solution.ended == "out of iterations"
-        again = [rival for rival in again if ran_out and rival.key == leading.hypotheses[-1].key]
+        again = [*promising, *_elsewhere(evidence, scores, promising, effort)]
+    again = [_at_full_size(evidence, rival) if rival.cause.tried_at_full_size else rival for rival in again]
     fits += _begun_and_raced(race, model, _beside_no_law, again, report)
-    if any(threshold_of(evidence, fit) for fit in fits):
-        fits += race.with_best_threshold()
+    if fits:
+        fits += race.with_best_threshold(likeliest(fits))
     if fits and not (leading := likeliest(fits)).errors.as_small_as(sound) and not time_is_up():
         fits.append(once_more(evidence, race.harmonics, leading, race.tolerances))
     best: dict[str, FittedModel] = {}
@@ -127,11 +121,6 @@ def _elsewhere(
         if score.hypothesis.cause.tried_at_full_size and key not in keys
     ]
     return found[: effort.rivals]
-
-
-def _goes_by_amplitude(evidence: MeasuredData, hypothesis: CauseHypothesis) -> bool:
-    modification = hypothesis.modification(evidence)
-    return bool(modification.nonlinear or modification.opening)
 
 
 def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseHypothesis:

@@ -22,6 +22,7 @@ from twin.diagnose.cause import Cause, Parameter, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, difference_step, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.marginal_likelihood import AboutFit, MarginalLikelihood
+from twin.diagnose.model_evidence import fit_with_errors
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.residual_columns import KINDS, ResidualColumns, tolerances_of
 from twin.diagnose.selection.attachment_signatures import AttachmentSignatures
@@ -86,19 +87,25 @@ def score_causes(
     causes: Mapping[str, Cause],
     *,
     errors: ErrorModel | None = None,
-) -> tuple[list[Score], ResidualColumns]:
+    refitted: bool = False,
+) -> tuple[list[Score], ResidualColumns, FittedModel]:
     """Score every cause, label and starting place against the residual of `model`, best first, while there is time.
 
     Parameters
     ----------
     errors
         What the model needs; `model`'s own by default.
+    refitted
+        Whether the model is first fitted beside what a sound rig may have: the signatures change little by that, the
+        residual much.
 
     Returns
     -------
     list of Score
     ResidualColumns
         What a sound rig may have of every cause, and what is no sign of any therefore.
+    FittedModel
+        That was scored.
     """
     # A sound rig's weights and priors: a cause gains by explaining what a loose fit put down to natural frequencies.
     problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, frozen=True)
@@ -114,13 +121,21 @@ def score_causes(
         left_by = _left_by(evidence, harmonics, model, held)
         white, of_laws = law_tolerances(plain, model.baseline, prediction.residual, left_by)
         tolerated += [*white, *(columns.whitened(held) for columns in of_laws)]
-    columns = _principal(np.column_stack(tolerated)) if tolerated else np.zeros((len(prediction.residual), 0))
+    columns = np.column_stack([np.zeros((len(prediction.residual), 0)), *tolerated])
+    columns = _principal(_beside_unknowns(columns, evaluated[1], problem))
     tolerances = tolerances_of(columns, prediction.blocks, held)
-    if not signatures:
-        return [], tolerances
-    marginal, sound = MarginalLikelihood(problem, tolerances, evaluated=evaluated), sound_errors(evidence)
-    first_orders = _FirstOrders.of(signatures, prediction.blocks, held)
-    sizes = _between(errors or model.errors, sound)
+    first_orders = _FirstOrders.of(signatures, prediction.blocks, held) if signatures else None
+    errors, sound = errors or model.errors, sound_errors(evidence)
+    if refitted:
+        model = fit_with_errors(
+            evidence, harmonics, model.baseline, model.hypotheses, errors=errors, tolerances=tolerances
+        )
+        problem, errors = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, frozen=True), model.errors
+        problem.weigh(problem.x0)
+        evaluated = problem.evaluate(problem.x0)
+    if first_orders is None:
+        return [], tolerances, model
+    marginal, sizes = MarginalLikelihood(problem, tolerances, evaluated=evaluated), _between(errors, sound)
     alone, gains = np.full(len(sizes) ** 2, -np.inf), []
     for number, (own, runs) in enumerate(product(sizes, sizes)):
         trial = replace(own, broadband=runs.broadband)
@@ -132,7 +147,7 @@ def score_causes(
         gains[at].score(number, signature, alone[at] - np.max(alone))
         for number, (signature, at) in enumerate(zip(signatures, best, strict=True))
     ]
-    return sorted(scores, key=lambda score: -score.log_bayes), tolerances
+    return sorted(scores, key=lambda score: -score.log_bayes), tolerances, model
 
 
 def _between(errors: ErrorModel, sound: ErrorModel) -> list[ErrorModel]:
@@ -153,6 +168,20 @@ def _left_by(
         return changed.evaluate(model.baseline, sensitivities=False).residual
 
     return left_by
+
+
+def _beside_unknowns(columns: Array, jacobian: Array, problem: FitProblem) -> Array:
+    """What columns (r, k) do that no moduli, damping and law do as well.
+
+    These are then what describes a rig best that has the amounts, and a fit that knows nothing of amounts is about
+    where it is most probable.  Whole columns are thousands of deviations large, of which first order tells nothing.
+    Natural frequencies are known too well beforehand to take anything over.
+    """
+    vague = np.ones(jacobian.shape[1], bool)
+    for known in ("frequency_discrepancy", "shown", "shifts"):
+        vague[problem.start.blocks[known]] = False
+    J, precision = jacobian[:, vague], problem.precision[np.ix_(vague, vague)]
+    return np.asarray(columns - J @ Cholesky.of(J.T @ J + precision).solve(J.T @ columns))
 
 
 def _principal(columns: Array) -> Array:

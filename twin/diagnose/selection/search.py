@@ -12,7 +12,7 @@ from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import fit_with_errors, infer_errors, with_spread
 from twin.diagnose.posterior import least_gain, log_weight
 from twin.diagnose.residual_columns import ResidualColumns
-from twin.diagnose.selection.racing import USUAL, Effort, Race, likeliest, once_more
+from twin.diagnose.selection.racing import USUAL, Effort, Race, likeliest
 from twin.diagnose.selection.rivals import Report, fitted_rivals
 from twin.diagnose.selection.score_test import Score, score_causes
 from twin.identify.base_fit import fit_base
@@ -124,11 +124,12 @@ def search_causes(
         stages.append(_one_more(data, model, causes, most, effort, report))
         model = stages[-1].best
         if stages[-1].accepted:
-            data, model = _taken_up(data, model, report)
+            data = _reduced_anew(data, model, report)
             if (simpler := _one_less(data, model, causes, stages[-1], report)) is not None:
                 stages.append(simpler)
-                data, model = _taken_up(data, simpler.best, report)
-    model = with_spread(*data, model, stages[-1].tolerances)
+                model = simpler.best
+                data = _reduced_anew(data, model, report)
+    model = _to_predict_with(data, with_spread(*data, model, stages[-1].tolerances))
     return Search(base, model, tuple(stages), *data, base_harmonics)
 
 
@@ -145,14 +146,14 @@ def _one_more(
     """Forward: the model against those with one more cause."""
     evidence, harmonics = data
     report("scoring causes" if not model.hypotheses else f"scoring causes beside {model.name}")
-    start_of_rivals = _following(evidence, harmonics, model)
-    left = {} if time_is_up() else _beside(model, causes)
-    scores, tolerances = score_causes(evidence, harmonics, start_of_rivals, left, errors=model.errors)
-    before = _weighed(evidence, harmonics, model, tolerances)
+    begin = _following(evidence, harmonics, model)
+    left, follows = {} if time_is_up() else _beside(model, causes), begin is model
+    scores, tolerances, begin = score_causes(evidence, harmonics, begin, left, errors=model.errors, refitted=follows)
+    before = begin if follows else _weighed(evidence, harmonics, model, tolerances)
     rivals: tuple[FittedModel, ...] = ()
     if len(model.hypotheses) < most:
         race = Race(evidence, harmonics, tolerances, effort)
-        rivals = fitted_rivals(race, start_of_rivals, before, scores, report)
+        rivals = fitted_rivals(race, begin, before, scores, report)
     if _lead(evidence, rivals, before) and _gained_by_the_last(evidence, rivals[0]) < least_gain(evidence):
         before = likeliest((before, _without_the_last(data, rivals[0], tolerances)))
     complete = not time_is_up()
@@ -188,8 +189,7 @@ def _without_the_last(data: _Reduced, whole: FittedModel, tolerances: ResidualCo
 
     A cause gains by what it explains, not by a better minimum of all else that its fit came to.
     """
-    simpler = fit_with_errors(*data, whole.baseline, whole.hypotheses[:-1], errors=whole.errors)
-    return _weighed(*data, simpler, tolerances)
+    return _weighed(*data, replace(whole, hypotheses=whole.hypotheses[:-1]), tolerances)
 
 
 def _one_less(
@@ -208,8 +208,10 @@ def _one_less(
         report(f"fitting without {earlier.key}")
         others = tuple(hypothesis for hypothesis in model.hypotheses if hypothesis is not earlier)
         simpler = fit_with_errors(evidence, harmonics, model.baseline, others)
-        scores, tolerances = score_causes(evidence, harmonics, simpler, _beside(simpler, causes))
-        simpler, whole = (_weighed(evidence, harmonics, each, tolerances) for each in (simpler, model))
+        scores, tolerances, simpler = score_causes(
+            evidence, harmonics, simpler, _beside(simpler, causes), refitted=True
+        )
+        whole = _weighed(evidence, harmonics, model, tolerances)
         if log_weight(evidence, simpler) > log_weight(evidence, whole):
             found.append((simpler, whole, scores, tolerances))
     if not found:
@@ -227,21 +229,21 @@ def _beside(model: FittedModel, causes: Mapping[str, Cause]) -> dict[str, Cause]
     return {name: cause for name, cause in causes.items() if name not in named}
 
 
-def _taken_up(data: _Reduced, best: FittedModel, report: Report) -> tuple[_Reduced, FittedModel]:
-    """The recordings reduced with the best model, and that model fitted to them.
-
-    What was reduced against a model far off also has that model's errors in it.
-    """
+def _reduced_anew(data: _Reduced, best: FittedModel, report: Report) -> _Reduced:
+    """The recordings reduced with the best model: what was reduced against one far off has its errors in it, too."""
     report(f"reducing the recordings anew, with {best.name}")
     evidence, harmonics = data
     if evidence.broadband:
         evidence = rebinned(evidence, modification_of(evidence, best.hypotheses), best.baseline)
-    if harmonics is not None:
-        harmonics = _harmonics(evidence, best)
-    model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses, exact=True)
-    if not model.errors.as_small_as(sound_errors(evidence)):
-        model = likeliest((model, once_more(evidence, harmonics, model, None)))
-    return _Reduced(evidence, harmonics), model
+    return _Reduced(evidence, None if harmonics is None else _harmonics(evidence, best))
+
+
+def _to_predict_with(data: _Reduced, model: FittedModel) -> FittedModel:
+    """The causes as they are, with the base family fitted beside them alone: predictions have no tolerances."""
+    if not model.hypotheses:
+        return model
+    alone = fit_with_errors(*data, model.baseline, model.hypotheses, errors=model.errors, exact=True, frozen=True)
+    return replace(model, baseline=alone.baseline)
 
 
 def _with_any_error(data: _Reduced, model: FittedModel, tolerances: ResidualColumns) -> float:
@@ -272,9 +274,9 @@ def _weighed(
     evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, tolerances: ResidualColumns
 ) -> FittedModel:
     """The model with its log evidence beside what sound rigs have of every cause."""
-    problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, errors=model.errors)
-    errors, log_evidence = infer_errors(problem, tolerances)
-    return replace(model, errors=errors, log_evidence=log_evidence)
+    return fit_with_errors(
+        evidence, harmonics, model.baseline, model.hypotheses, errors=model.errors, tolerances=tolerances
+    )
 
 
 def _harmonics(evidence: MeasuredData, model: FittedModel) -> HarmonicResiduals | None:

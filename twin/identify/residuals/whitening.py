@@ -52,6 +52,34 @@ class Whitening:
 
 
 @dataclass(frozen=True)
+class LowRankWhitening:
+    """Gives residuals of unit covariance, to which columns T with standard normal amounts add, that covariance again.
+
+    By (1 + T T')^(-1/2) = 1 - T K T', with T' T = V s^2 V', q = (1 + s^2)^(1/2) and K = V / (q (1 + q)) V'.
+
+    Attributes
+    ----------
+    columns : ndarray, (r, k)
+    between : ndarray, (k, k)
+        K.
+    """
+
+    columns: Array
+    between: Array
+
+    @classmethod
+    def of(cls, columns: Array) -> LowRankWhitening:
+        """From T."""
+        square, V = np.linalg.eigh(columns.T @ columns)
+        q = np.sqrt(1 + np.maximum(square, 0.0))
+        return cls(columns, V / (q * (1 + q)) @ V.T)
+
+    def __call__(self, values: Array) -> Array:
+        """Whitened values (r,) or columns (r, u)."""
+        return np.asarray(values - self.columns @ (self.between @ (self.columns.T @ values)))
+
+
+@dataclass(frozen=True)
 class HarmonicResiduals:
     """Higher harmonics less the linear response to the force's own, and what whitens them.
 

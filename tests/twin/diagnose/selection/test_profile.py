@@ -53,7 +53,7 @@ def tried(monkeypatch):
 
 @pytest.mark.parametrize("start", [0.05, 0.2, 0.35, 0.6, 1.1, 1.9])
 def test_the_highest_maximum_is_found_from_wherever_a_fit_ended(tried, start):
-    found = profile.highest_of_profile(None, None, Fit((Hypothesis({"gap_m": start}),), cost(start)), GAP)
+    found = profile.highest_of_profile(None, None, Fit((Hypothesis({"gap_m": start}),), cost(start)), GAP, None)
     assert found.hypotheses[-1].values["gap_m"] == pytest.approx(TRUE, rel=0.03)
 
 
@@ -65,18 +65,18 @@ def test_one_fit_that_leads_nowhere_does_not_end_a_direction(tried, monkeypatch)
         return replace(fit, cost=1e9) if len(tried) % 3 == 0 else fit
 
     monkeypatch.setattr(profile, "fit_model", fails_at_times)
-    found = profile.highest_of_profile(None, None, Fit((Hypothesis({"gap_m": 1.1}),), cost(1.1)), GAP)
+    found = profile.highest_of_profile(None, None, Fit((Hypothesis({"gap_m": 1.1}),), cost(1.1)), GAP, None)
     assert found.solution.cost < cost(1.1)
     assert min(tried) < TRUE
 
 
 def test_a_direction_is_left_where_the_cost_only_grows(tried, monkeypatch):
     monkeypatch.setattr(profile, "fit_model", lambda *given, **options: Fit(given[3], 1000 * (1 + len(tried))))
-    found = profile.highest_of_profile(None, None, Fit((Hypothesis({"gap_m": 0.3}),), 10.0), GAP)
+    found = profile.highest_of_profile(None, None, Fit((Hypothesis({"gap_m": 0.3}),), 10.0), GAP, None)
     assert found.hypotheses[-1].values["gap_m"] == 0.3
 
 
 def test_values_stay_where_the_causes_fits_begin(tried):
-    profile.highest_of_profile(None, None, Fit((Hypothesis({"gap_m": 0.3}),), cost(0.3)), GAP)
+    profile.highest_of_profile(None, None, Fit((Hypothesis({"gap_m": 0.3}),), cost(0.3)), GAP, None)
     assert min(tried) >= min(GAP.starts) / 1.4
     assert max(tried) <= 1.4 * max(GAP.starts)

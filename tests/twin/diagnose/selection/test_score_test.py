@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -16,6 +17,7 @@ from twin.diagnose.selection import score_test
 from twin.diagnose.selection.score_test import score_causes
 from twin.identify import frequency_shifts
 from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.linear.blocks import Blocks
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import gather_data
 from twin.identify.model_modification import ModelModification
@@ -333,7 +335,7 @@ def test_a_cause_of_a_size_that_sound_rigs_have_earns_nothing(having, baseline):
 
 
 def test_another_mean_over_the_layer_s_elements_is_tolerated(measured, baseline, monkeypatch):
-    """What it changes lies in the directions in which sound rigs differ, once the joint has a law."""
+    """What it changes is what moduli, damping and law do, and what sound rigs differ in."""
     knots = choose_knots(np.array([1e-5]), 12)
     softening = -Saturating(1.5e8, 2e-6, -1.5e8).describing_function(knots).real
     at = replace(baseline, laws=(LayerLaw(knots, knots, softening, 0.1 * softening),))
@@ -344,13 +346,23 @@ def test_another_mean_over_the_layer_s_elements_is_tolerated(measured, baseline,
         model = residual_model(measured, ModelModification(towards_middle={"joint": share}), held=held)
         return model.evaluate(at, sensitivities=False)
 
-    plain = residual(0.0)
-    change = residual(1e-3).residual - plain.residual
+    change = residual(1e-3).residual - residual(0.0).residual
     assert np.linalg.norm(change) > 0.1
-    left = []
-    for law in (at, baseline):
-        tolerances = score_causes(measured, None, model_at(law), {})[1]
-        columns = tolerances.whitened(held)
-        left.append(np.linalg.norm(change - columns @ np.linalg.lstsq(columns, change)[0]) / np.linalg.norm(change))
-    assert left[0] < 0.05
-    assert left[1] > 0.5
+    unknowns = residual_model(measured, errors=SOUND, held=held).evaluate(at).jacobian
+    columns = np.hstack([score_causes(measured, None, model_at(at), {})[1].whitened(held), unknowns])
+    left = change - columns @ np.linalg.lstsq(columns, change)[0]
+    assert np.linalg.norm(left) < 0.05 * np.linalg.norm(change)
+
+
+def test_what_moduli_damping_and_law_do_is_no_tolerance_and_what_frequencies_do_is():
+    rng = np.random.default_rng(3)
+    blocks = Blocks((("log_E", 1), ("frequency_discrepancy", 2), ("softening 0", 3), ("shown", 0), ("shifts", 1)))
+    J = rng.standard_normal((40, 7))
+    problem = SimpleNamespace(start=SimpleNamespace(blocks=blocks), precision=1e-9 * np.eye(7))
+    vague, known = J[:, [0, 3, 4, 5]], J[:, [1, 2, 6]]
+    columns = np.hstack([vague @ rng.standard_normal((4, 2)), known])
+    left = score_test._beside_unknowns(columns, J, problem)
+    np.testing.assert_allclose(left[:, :2], 0.0, atol=1e-6)
+    expected = known - vague @ np.linalg.lstsq(vague, known)[0]
+    np.testing.assert_allclose(left[:, 2:], expected, atol=1e-6)
+    assert np.linalg.norm(expected) > 0.8 * np.linalg.norm(known)
