@@ -12,6 +12,7 @@ from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fitted
 from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.model_evidence import infer_errors, unexplained, with_spread
 from twin.diagnose.models import CAUSES
+from twin.diagnose.posterior import temperature
 from twin.diagnose.residual_columns import tolerances_of
 from twin.identify import frequency_shifts
 from twin.identify.base_fit import starting_baseline
@@ -168,7 +169,7 @@ def test_a_cause_is_as_uncertain_as_all_that_a_sound_rig_may_have_leaves_it(draw
     of_data = np.eye(len(r)) + J @ prior @ J.T + white @ white.T
     gain = np.linalg.solve(of_data, J @ prior).T
     mean = problem.mean + gain @ (r + J @ (problem.x0 - problem.mean))
-    variance = (prior - gain @ J @ prior)[-1, -1]
+    variance = temperature(problem.evidence) * (prior - gain @ J @ prior)[-1, -1]
     (_, parameter), (hypothesis,) = problem.slots[0], found.hypotheses
     away = np.sqrt(variance + (mean - problem.x0)[-1] ** 2) * parameter.scale
     assert hypothesis.std["factor"] == pytest.approx(away, rel=1e-3)
