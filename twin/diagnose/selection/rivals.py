@@ -12,7 +12,7 @@ from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.posterior import least_gain, log_weight
 from twin.diagnose.selection.racing import Begun, Effort, Race, likeliest, once_more
 from twin.diagnose.selection.score_test import Score
-from twin.identify.base_fit import law_from_steps
+from twin.identify.base_fit import baseline_bounds, law_from_steps
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.error_model import continuation
 from twin.identify.residuals.likelihood import nominal_base, residual_model, sound_errors
@@ -36,8 +36,9 @@ def fitted_rivals(
     and all where none is as exact as sound rigs' models are.
     """
     evidence, effort = race.evidence, race.effort
-    promising = _promising(evidence, scores, effort)
-    fits = _begun_and_raced(race, model, _beside_the_law, promising, report)
+    scored = _promising(evidence, scores, effort)
+    promising = [score.hypothesis for score in scored]
+    fits = _raced(race, [_beside_the_law(evidence, model, score) for score in scored], report)
     # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
     names = {rival.cause.name for rival in promising if rival.cause.tried_at_full_size}
     again = [score.hypothesis for score in _best_of_each(scores).values() if score.hypothesis.cause.name in names]
@@ -50,7 +51,9 @@ def fitted_rivals(
     if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (before,)))):
         again = [*promising, *_elsewhere(evidence, scores, promising, effort)]
     again = [_at_full_size(evidence, rival) if rival.cause.tried_at_full_size else rival for rival in again]
-    fits += _begun_and_raced(race, model, _beside_no_law, again, report)
+    if not time_is_up():
+        report_of = (evidence, race.harmonics, model)
+        fits += _raced(race, parallel_map(_beside_no_law, report_of, [(rival,) for rival in again]), report)
     if fits:
         fits += race.with_best_threshold(likeliest(fits))
     if fits and not (leading := likeliest(fits)).errors.as_small_as(sound) and not time_is_up():
@@ -61,38 +64,33 @@ def fitted_rivals(
     return tuple(sorted(best.values(), key=lambda fit: -log_weight(evidence, fit)))
 
 
-def _begun_and_raced(
-    race: Race,
-    model: FittedModel,
-    begin: Callable[..., Begun],
-    rivals: Sequence[CauseHypothesis],
-    report: Report,
-) -> list[FittedModel]:
-    if not rivals or time_is_up():
+def _raced(race: Race, begun: list[Begun], report: Report) -> list[FittedModel]:
+    if not begun or time_is_up():
         return []
-    report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
-    return race.run(parallel_map(begin, (race.evidence, race.harmonics, model), [(rival,) for rival in rivals]))
+    report(f"fitting {', '.join(dict.fromkeys(each.hypotheses[-1].key for each in begun))}")
+    return race.run(begun)
 
 
-def _promising(evidence: MeasuredData, scores: Sequence[Score], effort: Effort) -> list[CauseHypothesis]:
+def _promising(evidence: MeasuredData, scores: Sequence[Score], effort: Effort) -> list[Score]:
     """The best scored causes, each at its best places; none where no cause promises to be more probable than none."""
     best = max((score.log_bayes for score in scores), default=0.0)
     least = max(effort.of_needed * least_gain(evidence), effort.worth_a_fit * best if effort.of_needed > 0 else -np.inf)
-    found: dict[str, list[CauseHypothesis]] = {}
+    found: dict[str, list[Score]] = {}
     for score in scores:
         key = score.hypothesis.key
-        alike = sum(each[0].cause is score.hypothesis.cause for each in found.values())
+        alike = sum(each[0].hypothesis.cause is score.hypothesis.cause for each in found.values())
         # A cause with many labels, such as a listed mass, must leave room for others.
         if score.log_bayes > least and (key in found or (len(found) - alike < effort.rivals and alike < effort.labels)):
-            found.setdefault(key, []).append(score.hypothesis)
-    return [hypothesis for each in found.values() for hypothesis in _spread(evidence, each, effort.beginnings)]
+            found.setdefault(key, []).append(score)
+    return [score for each in found.values() for score in _spread(evidence, each, effort.beginnings)]
 
 
-def _spread(evidence: MeasuredData, each: list[CauseHypothesis], count: int) -> list[CauseHypothesis]:
+def _spread(evidence: MeasuredData, each: list[Score], count: int) -> list[Score]:
     """The first, and those farthest from what was chosen before: neighbours would come to the same maximum."""
-    first = each[0]
+    first = each[0].hypothesis
     places = [p for p in first.cause.parameters(evidence, first.label) if p.is_location and not p.is_known]
-    at = np.array([[(h.values[p.name] - p.lower) / (p.upper - p.lower) for p in places] for h in each])
+    all_values = [score.hypothesis.values for score in each]
+    at = np.array([[(values[p.name] - p.lower) / (p.upper - p.lower) for p in places] for values in all_values])
     chosen = [0]
     while len(chosen) < min(count, len(each)):
         away = np.min(np.abs(at[:, None] - at[chosen]).sum(axis=2), axis=1)
@@ -133,13 +131,14 @@ def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseH
     return replace(hypothesis, values={**hypothesis.values, main.name: float(np.clip(full, main.lower, main.upper))})
 
 
-def _beside_the_law(
-    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, hypothesis: CauseHypothesis
-) -> Begun:
-    """The model with one more cause, from what was fitted without it."""
+def _beside_the_law(evidence: MeasuredData, model: FittedModel, score: Score) -> Begun:
+    """The model with one more cause, from what was fitted without it, moduli and damping moved by first order."""
     sound = sound_errors(evidence)
     levels = [level for level in continuation(sound) if level.steps.stiffness <= model.errors.steps.stiffness]
-    return Begun(model.baseline, (*model.hypotheses, hypothesis), tuple(levels) or (sound,))
+    baseline, moved = model.baseline, model.baseline.vector
+    moved[: baseline.of_laws.start] += score.change[: baseline.of_laws.start]
+    moved = np.clip(moved, *(baseline_bounds(baseline, side) for side in (0, 1)))
+    return Begun(baseline.with_vector(moved), (*model.hypotheses, score.hypothesis), tuple(levels) or (sound,))
 
 
 def _beside_no_law(

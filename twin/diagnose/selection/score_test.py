@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -32,7 +33,7 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.residuals.error_model import SPREAD, ErrorModel, log_prior
 from twin.identify.residuals.likelihood import residual_model, solves_modes, sound_errors
-from twin.identify.residuals.linearisation import Linearisation
+from twin.identify.residuals.linearisation import Linearisation, with_more
 from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
@@ -54,12 +55,15 @@ class Score:
         parameter's unit.  Infinite where the data say nothing of it.
     log_bayes : float
         Expected gain of log evidence.
+    change : ndarray, (u,)
+        Of the base family's unknowns, to where they are most probable beside it.
     """
 
     hypothesis: CauseHypothesis
     size: float
     std: float
     log_bayes: float
+    change: Array
 
 
 @dataclass(frozen=True)
@@ -124,7 +128,7 @@ def score_causes(
     columns = np.column_stack([np.zeros((len(prediction.residual), 0)), *tolerated])
     columns = _principal(_beside_unknowns(columns, evaluated[1], problem))
     tolerances = tolerances_of(columns, prediction.blocks, held)
-    first_orders = _FirstOrders.of(signatures, prediction.blocks, held) if signatures else None
+    columns_of = partial(ResidualColumns.of, blocks=prediction.blocks, held=held)
     errors, sound = errors or model.errors, sound_errors(evidence)
     if refitted:
         model = fit_with_errors(
@@ -133,8 +137,10 @@ def score_causes(
         problem, errors = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, frozen=True), model.errors
         problem.weigh(problem.x0)
         evaluated = problem.evaluate(problem.x0)
-    if first_orders is None:
+        columns_of = partial(_carried, prediction, held, problem, evaluated[1])
+    if not signatures:
         return [], tolerances, model
+    first_orders = _FirstOrders.of(signatures, columns_of)
     marginal, sizes = MarginalLikelihood(problem, tolerances, evaluated=evaluated), _between(errors, sound)
     alone, gains = np.full(len(sizes) ** 2, -np.inf), []
     for number, (own, runs) in enumerate(product(sizes, sizes)):
@@ -144,7 +150,7 @@ def score_causes(
         gains.append(first_orders.beside(marginal, about, trial))
     best = np.argmax([without + gain.log_bayes for without, gain in zip(alone, gains, strict=True)], axis=0)
     scores = [
-        gains[at].score(number, signature, alone[at] - np.max(alone))
+        gains[at].score(number, signature, alone[at] - np.max(alone), len(model.baseline.vector))
         for number, (signature, at) in enumerate(zip(signatures, best, strict=True))
     ]
     return sorted(scores, key=lambda score: -score.log_bayes), tolerances, model
@@ -160,13 +166,25 @@ def _between(errors: ErrorModel, sound: ErrorModel) -> list[ErrorModel]:
 def _left_by(
     evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, held: Linearisation
 ) -> Callable[[ModelModification], Array]:
-    """What a modification of a fitted model leaves as its whitened residual (r,)."""
-    without = modification_of(evidence, model.hypotheses)
+    """What a modification of a fitted model leaves as its whitened residual (r,).
+
+    With what harmonics add beside it, as moduli have: otherwise two per cent of a soft joint would be no moduli's.
+    """
+    without, baseline = modification_of(evidence, model.hypotheses), model.baseline
+    before = np.zeros(0)
 
     def left_by(modification: ModelModification) -> Array:
-        changed = residual_model(evidence, without.merged(modification), harmonics, held=held)
-        return changed.evaluate(model.baseline, sensitivities=False).residual
+        whole = without.merged(modification)
+        changed = residual_model(evidence, whole, harmonics, held=held)
+        if held.balance is not None and isinstance(changed, ResidualModel):
+            more = changed.added_beyond(held, baseline) - before
+            now = replace(held, balance=with_more(held.balance, more))
+            changed = residual_model(evidence, whole, harmonics, held=now)
+        return changed.evaluate(baseline, sensitivities=False).residual
 
+    plain = residual_model(evidence, without, harmonics, held=held)
+    if held.balance is not None and isinstance(plain, ResidualModel):
+        before = plain.added_beyond(held, baseline)
     return left_by
 
 
@@ -178,10 +196,28 @@ def _beside_unknowns(columns: Array, jacobian: Array, problem: FitProblem) -> Ar
     Natural frequencies are known too well beforehand to take anything over.
     """
     vague = np.ones(jacobian.shape[1], bool)
-    for known in ("frequency_discrepancy", "shown", "shifts"):
+    for known in ("log_E", "log_G", "frequency_discrepancy", "shown", "shifts"):
         vague[problem.start.blocks[known]] = False
     J, precision = jacobian[:, vague], problem.precision[np.ix_(vague, vague)]
-    return np.asarray(columns - J @ Cholesky.of(J.T @ J + precision).solve(J.T @ columns))
+    return np.asarray(columns - J @ _amounts(columns, J, precision))
+
+
+def _amounts(columns: Array, jacobian: Array, precision: Array) -> Array:
+    """Of the unknowns (n, k) that do most of what columns (r, k) do."""
+    return Cholesky.of(jacobian.T @ jacobian + precision).solve(jacobian.T @ columns)
+
+
+def _carried(
+    before: Prediction, held: Linearisation, problem: FitProblem, jacobian: Array, columns: Array
+) -> ResidualColumns:
+    """Columns (r, k) of one model where another was fitted: what unknowns do of them, these do as they do there.
+
+    A sensitivity of a hundred thousand deviations must be the same in both to a thousandth of that, or a soft joint
+    would be no moduli's.
+    """
+    amounts = _amounts(columns, before.jacobian, problem.precision)
+    rest = ResidualColumns.of(columns - before.jacobian @ amounts, before.blocks, held)
+    return rest.plus(ResidualColumns.of(jacobian @ amounts, problem.blocks, problem.held))
 
 
 def _principal(columns: Array) -> Array:
@@ -249,9 +285,7 @@ class _FirstOrders:
     known: dict[tuple[str, object], tuple[Array, Array]] = field(default_factory=dict)
 
     @classmethod
-    def of(
-        cls, signatures: Sequence[_Signature], blocks: tuple[tuple[str, slice], ...], held: Linearisation
-    ) -> _FirstOrders:
+    def of(cls, signatures: Sequence[_Signature], columns_of: Callable[[Array], ResidualColumns]) -> _FirstOrders:
         most = max(signature.columns.shape[1] for signature in signatures)
         rows = np.zeros((len(signatures[0].columns), len(signatures), most))
         lower, upper = np.zeros((2, len(signatures), most))
@@ -262,7 +296,7 @@ class _FirstOrders:
                 # Bounds matter: a mass that would have to be negative explains nothing.
                 lower[number, k], upper[number, k] = (p.lower - p.null) / p.scale, (p.upper - p.null) / p.scale
         sized = np.array([bool(signature.strengths) for signature in signatures])
-        return cls(ResidualColumns.of(rows.reshape(len(rows), -1), blocks, held), lower, upper, sized)
+        return cls(columns_of(rows.reshape(len(rows), -1)), lower, upper, sized)
 
     def _products(self, marginal: MarginalLikelihood, kind: str, errors: ErrorModel) -> tuple[Array, Array]:
         """Products (1 + n, g, m) of a model's columns with these, and (g, m, m) of each signature's own."""
@@ -287,26 +321,34 @@ class _FirstOrders:
         u = shared[0] - np.tensordot(about.step[free], by_unknowns, 1)
         with_prior = D + np.eye(D.shape[1])
         amount = np.clip(np.linalg.solve(with_prior, u[..., None])[..., 0], self.lower, self.upper)
+        follows = np.zeros((len(free), *self.lower.shape))
+        follows[free] = taken_over
         fall = 2 * u - np.einsum("gij,gj->gi", D, amount) - self.sized[:, None] * amount
         volume = np.where(self.sized, np.linalg.slogdet(with_prior)[1], 0.0)
-        return _Gains(D, u, amount, 0.5 * (np.einsum("gi,gi->g", amount, fall) - volume))
+        return _Gains(D, u, amount, 0.5 * (np.einsum("gi,gi->g", amount, fall) - volume), about.step, follows)
 
 
 @dataclass(frozen=True)
 class _Gains:
-    """First order of all signatures with some errors: D (g, m, m), u and amounts (g, m), and log Bayes factors (g,)."""
+    """First order of all signatures with some errors: D (g, m, m), u and amounts (g, m), and log Bayes factors (g,).
+
+    The unknowns move by `step` (n,) beside none of them, and by `follows` (n, g, m) less per amount.
+    """
 
     D: Array
     u: Array
     amount: Array
     log_bayes: Array
+    step: Array
+    follows: Array
 
-    def score(self, number: int, signature: _Signature, more: float) -> Score:
-        """The score of one signature, whose gain counts with so much more."""
+    def score(self, number: int, signature: _Signature, more: float, unknowns: int) -> Score:
+        """The score of one signature, whose gain counts with so much more, beside so many unknowns."""
         hypothesis, strengths = signature.hypothesis, signature.strengths
         log_bayes = float(self.log_bayes[number] + more)
+        step, follows = self.step[:unknowns], self.follows[:unknowns, number]
         if not strengths:
-            return Score(hypothesis, 0.0, np.inf, log_bayes)
+            return Score(hypothesis, 0.0, np.inf, log_bayes, step - follows[:, 0])
         count = len(strengths)
         D, u, amount = self.D[number, :count, :count], self.u[number, :count], self.amount[number, :count]
         scale, null = (np.array([getattr(p, name) for p in strengths]) for name in ("scale", "null"))
@@ -315,6 +357,7 @@ class _Gains:
         size = np.copysign(np.clip(np.abs(amount), 1e-3, 1.0), np.where(amount == 0, begun, amount)) * scale
         each = zip(strengths, null, size, strict=True)
         values = {p.name: float(np.clip(n + s, p.lower, p.upper)) for p, n, s in each}
+        amounts = np.array([(values[p.name] - p.null) / p.scale for p in strengths])
         covariance = np.linalg.pinv(D)
         felt = bool(D[0, 0] > 0)
         return Score(
@@ -322,6 +365,7 @@ class _Gains:
             float(covariance[0] @ u) * scale[0] if felt else 0.0,
             float(scale[0] * np.sqrt(covariance[0, 0])) if felt else np.inf,
             log_bayes,
+            step - follows[:, :count] @ amounts,
         )
 
 
