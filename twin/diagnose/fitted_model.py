@@ -153,12 +153,13 @@ class FitProblem:
         self.precision = np.diag(np.concatenate([np.zeros(self.count), [p.prior[1] for _, p in self.slots]]))
         self.precision[: self.count, : self.count] = base_precision
 
-    def more_precision(self, errors: ErrorModel) -> Array:
-        """What another roughness of the joints' laws and other shifts add to the precision (n, n)."""
-        more = np.zeros_like(self.precision)
-        then, now = (self._base.inferred_precision(self.start, each) for each in (errors, self.errors))
-        more[: self.count, : self.count] = then - now
-        return more
+    def precision_with(self, errors: ErrorModel) -> Array:
+        """The precision (n, n) with another roughness of the joints' laws and other shifts."""
+        inferred = self._base.inferred_precision(self.start, errors)
+        own, precision = np.flatnonzero(np.diag(inferred)), self.precision.copy()
+        # In its place, not as a difference: a smooth curve's determinant hangs on the last digits.
+        precision[np.ix_(own, own)] = inferred[np.ix_(own, own)]
+        return precision
 
     @property
     def bounds(self) -> tuple[Array, Array]:

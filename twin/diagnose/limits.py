@@ -29,8 +29,8 @@ class Limits:
     gaussian_process_felt: float = 0.01
     """Least variance of a column, summed over its points: a tenth of the process's deviation at one of them."""
     # marginal_likelihood.py
-    slope_step: float = 1e-4
-    """Of the logarithm of an error, in a difference quotient."""
+    slope_step: float = 1e-3
+    """Of the logarithm of an error, in a difference quotient: a smooth curve's log determinant is known to 1e-5."""
     # model_evidence.py
     model_evidence_roughness: tuple[float, float] = (-2.5, 4.5)
     """Logarithm of the roughness over a sound rig's in which the likeliest is looked for."""

@@ -17,7 +17,7 @@ from twin.diagnose.limits import LIMITS
 from twin.diagnose.residual_columns import KINDS, ResidualColumns, tolerances_of
 from twin.identify.cholesky import Cholesky
 from twin.identify.gauss_newton import not_held_back
-from twin.identify.residuals.error_model import ErrorModel, ErrorSources
+from twin.identify.residuals.error_model import OF_SHIFTS, ErrorModel, ErrorSources
 from twin.identify.residuals.whitening import Whitening
 
 __all__ = ["AboutFit", "MarginalLikelihood"]
@@ -32,7 +32,9 @@ class AboutFit:
     log_likelihood : float
         Marginal.
     information : ndarray, (n + k, n + k)
-        Inverse of the covariance of the unknowns and of the tolerances' amounts.
+        Inverse of the covariance of the unknowns and of the tolerances' amounts,
+    precision : ndarray, (n + k, n + k)
+        and what of it was known before any data.
     free : ndarray of bool, (n + k,)
         Which of them no limit holds.
     step : ndarray, (n + k,)
@@ -41,8 +43,13 @@ class AboutFit:
 
     log_likelihood: float
     information: Array
+    precision: Array
     free: Array
     step: Array
+
+    def covariance(self, temperature: float = 1.0) -> Array:
+        """Of all, where the data count by one over a temperature (power posterior)."""
+        return Cholesky.of((self.information - self.precision) / temperature + self.precision).inverse
 
 
 class MarginalLikelihood:
@@ -121,8 +128,8 @@ class MarginalLikelihood:
         """The precision before any data, and its log determinant."""
         key = ("prior", (errors.roughness, errors.shifts))
         if key not in self._known:
-            precision, more = self._precision.copy(), self._problem.more_precision(errors)
-            precision[: len(more), : len(more)] += more
+            precision, own = self._precision.copy(), self._problem.precision_with(errors)
+            precision[: len(own), : len(own)] = own
             self._known[key] = precision, Cholesky.of(precision).log_determinant
         return self._known[key]
 
@@ -138,7 +145,7 @@ class MarginalLikelihood:
         step[free] = own.solve(pull[free])
         cost = gram[0, 0] + self._away @ precision @ self._away - pull @ step
         log_likelihood = float(-0.5 * (cost + determinant + whole.log_determinant)) - self._problem.log_prior_mass
-        return AboutFit(log_likelihood, information, free, step)
+        return AboutFit(log_likelihood, information, precision, free, step)
 
     def with_slopes(self, errors: ErrorModel) -> tuple[float, Array]:
         """The log likelihood, and its derivatives (8,) by :attr:`ErrorModel.log_sizes`.
@@ -150,9 +157,11 @@ class MarginalLikelihood:
         left, away = np.append(1.0, -step), self._away + step
         slopes = np.empty(len(sizes))
         for which in range(len(sizes)):
-            moved = self._sums(errors.with_log_sizes(sizes + LIMITS.slope_step * (np.arange(len(sizes)) == which)))
-            gram, precision = (moved[0] - sums[0]) / LIMITS.slope_step, (moved[1] - sums[1]) / LIMITS.slope_step
-            determinant = (moved[2] - sums[2]) / LIMITS.slope_step
+            step = LIMITS.slope_step * (np.arange(len(sizes)) == which)
+            ahead, behind, apart = self._sums(errors.with_log_sizes(sizes + step)), sums, LIMITS.slope_step
+            if which >= OF_SHIFTS:  # of the priors alone: both sides cost nothing
+                behind, apart = self._sums(errors.with_log_sizes(sizes - step)), 2 * apart
+            gram, precision, determinant = ((a - b) / apart for a, b in zip(ahead, behind, strict=True))
             by_size = left @ gram @ left + away @ precision @ away + np.vdot(spread, gram[1:, 1:] + precision)
             slopes[which] = by_size + determinant
         return about.log_likelihood, -0.5 * slopes

@@ -13,7 +13,6 @@ from twin.diagnose.limits import LIMITS
 from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.posterior import temperature
 from twin.diagnose.residual_columns import ResidualColumns
-from twin.identify.cholesky import Cholesky
 
 __all__ = ["marginal_over_places"]
 
@@ -36,7 +35,7 @@ def marginal_over_places(problem: FitProblem, tolerances: ResidualColumns | None
         if parameter.is_location and not parameter.is_threshold:
             here, spread = _over_places(here, tolerances, number, cause, parameter)
             told |= {k: spread[k] for k, (i, _) in enumerate(problem.slots, problem.count) if i == cause}
-    spread = np.sqrt(temperature(problem.evidence) * np.diag(here.covariance) + here.step**2)
+    spread = np.sqrt(np.diag(here.tempered) + here.step**2)
     spread[list(told)] = list(told.values())
     return here.problem, spread
 
@@ -49,22 +48,24 @@ class _Expansion:
     ----------
     step : ndarray, (n,)
         To its maximum.
-    covariance : ndarray, (n, n)
+    covariance, tempered : ndarray, (n, n)
+        As the data have it, and as they count, see :func:`temperature`.
     log_evidence : float
     """
 
     problem: FitProblem
     step: Array
     covariance: Array
+    tempered: Array
     log_evidence: float
 
     @classmethod
     def about(cls, problem: FitProblem, tolerances: ResidualColumns | None) -> _Expansion:
         """About where a problem begins, with the errors that it has."""
         found = MarginalLikelihood(problem, tolerances).at(problem.errors)
-        count = len(problem.x0)
-        covariance = Cholesky.of(found.information).inverse[:count, :count]
-        return cls(problem, found.step[:count], covariance, found.log_likelihood)
+        count, counted = len(problem.x0), temperature(problem.evidence)
+        covariance, tempered = (found.covariance(each)[:count, :count] for each in (1.0, counted))
+        return cls(problem, found.step[:count], covariance, tempered, found.log_likelihood)
 
     def log_density(self, number: int) -> float:
         """Of one unknown's marginal posterior at the value it has here (Tierney and Kadane 1986)."""
@@ -74,8 +75,8 @@ class _Expansion:
     def given(self, number: int) -> tuple[Array, Array]:
         """Mean step and variances (n,) of all unknowns, given that one of them stays where it is."""
         along = self.covariance[:, number] / self.covariance[number, number]
-        step = self.step - along * self.step[number]
-        return step, np.diag(self.covariance) - along**2 * self.covariance[number, number]
+        spread = self.tempered
+        return self.step - along * self.step[number], np.diag(spread) - spread[:, number] ** 2 / spread[number, number]
 
     def beside(
         self, number: int, cause: int, parameter: Parameter, away: float, tolerances: ResidualColumns | None
@@ -107,7 +108,7 @@ def _over_places(
     sigma = float(np.sqrt(here.covariance[number, number]))
     step, variance = here.given(number)
     if max(sigma, abs(here.step[number])) < apart:  # no farther places are needed to tell it
-        step, variance = here.step, np.diag(here.covariance)
+        step, variance = here.step, np.diag(here.tempered)
     log_masses = [here.log_density(number) + np.log(min(apart, np.sqrt(2 * np.pi) * sigma))]
     places, means, variances = [here], [here.problem.x0 + step], [variance]
     for away in (apart, -apart):
@@ -124,5 +125,5 @@ def _over_places(
             variances.append(variance)
     best = places[int(np.argmax(log_masses))]
     weights = np.exp((np.array(log_masses) - max(log_masses)) / overstated)
-    about = overstated * np.array(variances) + (np.array(means) - best.problem.x0) ** 2
+    about = np.array(variances) + (np.array(means) - best.problem.x0) ** 2
     return best, np.asarray(np.sqrt(weights @ about / weights.sum()))

@@ -166,10 +166,14 @@ def test_a_cause_is_as_uncertain_as_all_that_a_sound_rig_may_have_leaves_it(draw
 
     white = tolerances.whitened(problem.held)
     prior = np.linalg.inv(problem.precision)
-    of_data = np.eye(len(r)) + J @ prior @ J.T + white @ white.T
-    gain = np.linalg.solve(of_data, J @ prior).T
+    of_data = J @ prior @ J.T + white @ white.T
+
+    def gain_with(noise):
+        return np.linalg.solve(noise * np.eye(len(r)) + of_data, J @ prior).T
+
+    gain, counted = gain_with(1.0), gain_with(temperature(problem.evidence))
     mean = problem.mean + gain @ (r + J @ (problem.x0 - problem.mean))
-    variance = temperature(problem.evidence) * (prior - gain @ J @ prior)[-1, -1]
+    variance = (prior - counted @ J @ prior)[-1, -1]
     (_, parameter), (hypothesis,) = problem.slots[0], found.hypotheses
     away = np.sqrt(variance + (mean - problem.x0)[-1] ** 2) * parameter.scale
     assert hypothesis.std["factor"] == pytest.approx(away, rel=1e-3)

@@ -189,11 +189,11 @@ def _left_by(
 
 
 def _beside_unknowns(columns: Array, jacobian: Array, problem: FitProblem) -> Array:
-    """What columns (r, k) do that no moduli, damping and law do as well.
+    """What columns (r, k) do that no damping and law do as well.
 
     These are then what describes a rig best that has the amounts, and a fit that knows nothing of amounts is about
     where it is most probable.  Whole columns are thousands of deviations large, of which first order tells nothing.
-    Natural frequencies are known too well beforehand to take anything over.
+    Moduli and natural frequencies are known too well beforehand to take anything over.
     """
     vague = np.ones(jacobian.shape[1], bool)
     for known in ("log_E", "log_G", "frequency_discrepancy", "shown", "shifts"):

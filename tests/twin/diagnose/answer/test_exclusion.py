@@ -22,7 +22,7 @@ def evidence(campaign):
 
 
 def score(name, size, std, label=None, **values):
-    return Score(CauseHypothesis(CAUSES[name], label or {}, values, {}), size, std, 0.0)
+    return Score(CauseHypothesis(CAUSES[name], label or {}, values, {}), size, std, 0.0, np.zeros(0))
 
 
 def mass(size, std, position_m=0.3):

@@ -354,12 +354,13 @@ def test_another_mean_over_the_layer_s_elements_is_tolerated(measured, baseline,
     assert np.linalg.norm(left) < 0.05 * np.linalg.norm(change)
 
 
-def test_what_moduli_damping_and_law_do_is_no_tolerance_and_what_frequencies_do_is():
+def test_what_damping_and_law_do_is_no_tolerance_and_what_moduli_and_frequencies_do_is():
     rng = np.random.default_rng(3)
-    blocks = Blocks((("log_E", 1), ("frequency_discrepancy", 2), ("softening 0", 3), ("shown", 0), ("shifts", 1)))
+    names = ("log_E", "log_G", "loss_E", "frequency_discrepancy", "softening 0", "shown", "shifts")
+    blocks = Blocks(tuple(zip(names, (1, 1, 1, 1, 3, 0, 0), strict=True)))
     J = rng.standard_normal((40, 7))
     problem = SimpleNamespace(start=SimpleNamespace(blocks=blocks), precision=1e-9 * np.eye(7))
-    vague, known = J[:, [0, 3, 4, 5]], J[:, [1, 2, 6]]
+    vague, known = J[:, [2, 4, 5, 6]], J[:, [0, 1, 3]]
     columns = np.hstack([vague @ rng.standard_normal((4, 2)), known])
     left = score_test._beside_unknowns(columns, J, problem)
     np.testing.assert_allclose(left[:, :2], 0.0, atol=1e-6)
