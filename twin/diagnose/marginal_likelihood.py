@@ -153,15 +153,15 @@ class MarginalLikelihood:
         What the data and the priors make of the parameters is at its largest about the step, and has no slope by it.
         """
         about, sums, sizes = self.at(errors), self._sums(errors), errors.log_sizes
-        step, spread = about.step, Cholesky.of(about.information).inverse
-        left, away = np.append(1.0, -step), self._away + step
+        spread = Cholesky.of(about.information).inverse
+        left, away = np.append(1.0, -about.step), self._away + about.step
         slopes = np.empty(len(sizes))
         for which in range(len(sizes)):
             step = LIMITS.slope_step * (np.arange(len(sizes)) == which)
             ahead, behind, apart = self._sums(errors.with_log_sizes(sizes + step)), sums, LIMITS.slope_step
             if which >= OF_SHIFTS:  # of the priors alone: both sides cost nothing
                 behind, apart = self._sums(errors.with_log_sizes(sizes - step)), 2 * apart
-            gram, precision, determinant = ((a - b) / apart for a, b in zip(ahead, behind, strict=True))
+            gram, precision, determinant = ahead[0] - behind[0], ahead[1] - behind[1], ahead[2] - behind[2]
             by_size = left @ gram @ left + away @ precision @ away + np.vdot(spread, gram[1:, 1:] + precision)
-            slopes[which] = by_size + determinant
+            slopes[which] = (by_size + determinant) / apart
         return about.log_likelihood, -0.5 * slopes
