@@ -8,11 +8,14 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from numpy.linalg import norm
 
 from recordings import read_run
+from twin.causes.joint_stiffness.model import SCALE
 from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.models import CAUSES
+from twin.diagnose.residual_columns import ResidualColumns
 from twin.diagnose.selection import score_test
 from twin.diagnose.selection.score_test import score_causes
 from twin.identify import frequency_shifts
@@ -26,6 +29,7 @@ from twin.identify.residuals import error_model
 from twin.identify.residuals import residual_model as residual_models
 from twin.identify.residuals.error_model import SOUND, log_prior
 from twin.identify.residuals.likelihood import residual_model
+from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.joint import Saturating
 from twin.rigs import load_rig
@@ -312,13 +316,10 @@ def test_a_large_effect_is_scored_with_the_errors_that_are_left_with_it(having, 
 
     path = [SOUND.log_sizes + share * (needed.log_sizes - SOUND.log_sizes) for share in np.linspace(0, 1, 5)]
     sizes = [SOUND.with_log_sizes(log_sizes) for log_sizes in path]
-    pairs = [
-        density(evidence, baseline, replace(own, broadband=runs.broadband), column) for own in sizes for runs in sizes
-    ]
-    with_it, without = np.max(pairs, axis=0)
+    mixed = [replace(own, broadband=runs.broadband) for own in sizes for runs in sizes]
+    with_it, without = np.max([density(evidence, baseline, errors, column) for errors in mixed], axis=0)
     assert score.log_bayes == pytest.approx(with_it - without, rel=0.02)
-    at_needed = np.diff(density(evidence, baseline, needed, column)[::-1])[0]
-    assert score.log_bayes > at_needed + 10
+    assert score.log_bayes > np.diff(density(evidence, baseline, needed, column)[::-1])[0] + 10
 
 
 def test_a_cause_of_a_size_that_sound_rigs_have_earns_nothing(having, baseline):
@@ -326,19 +327,21 @@ def test_a_cause_of_a_size_that_sound_rigs_have_earns_nothing(having, baseline):
     label = {"channel": "acc1"}
     evidence = having("channel-gain", label, {"factor": 1.0004})
     (main,) = CAUSES["channel-gain"].parameters(evidence, label)
-    share = 4e-4 / main.scale
-    earned = [
-        labelled(scored(evidence, baseline, "channel-gain", tolerance=tolerance), label).log_bayes
-        for tolerance in (share, 0.0)
-    ]
-    assert earned[0] < 0 < 10 < earned[1]
+    each = [scored(evidence, baseline, "channel-gain", tolerance=share) for share in (4e-4 / main.scale, 0.0)]
+    tolerated, not_tolerated = (labelled(scores, label).log_bayes for scores in each)
+    assert tolerated < 0 < 10 < not_tolerated
+
+
+def with_law(baseline):
+    """The base family with a joint that softens, so that harmonics add to it."""
+    knots = choose_knots(np.array([1e-5]), 12)
+    softening = -Saturating(1.5e8, 2e-6, -1.5e8).describing_function(knots).real
+    return replace(baseline, laws=(LayerLaw(knots, knots, softening, 0.1 * softening),))
 
 
 def test_another_mean_over_the_layer_s_elements_is_tolerated(measured, baseline, monkeypatch):
     """What it changes is what moduli, damping and law do, and what sound rigs differ in."""
-    knots = choose_knots(np.array([1e-5]), 12)
-    softening = -Saturating(1.5e8, 2e-6, -1.5e8).describing_function(knots).real
-    at = replace(baseline, laws=(LayerLaw(knots, knots, softening, 0.1 * softening),))
+    at = with_law(baseline)
     held = residual_model(measured, errors=SOUND).linearisation(at)
     monkeypatch.setattr(score_test, "law_tolerances", LAW_TOLERANCES)
 
@@ -347,11 +350,11 @@ def test_another_mean_over_the_layer_s_elements_is_tolerated(measured, baseline,
         return model.evaluate(at, sensitivities=False)
 
     change = residual(1e-3).residual - residual(0.0).residual
-    assert np.linalg.norm(change) > 0.1
+    assert norm(change) > 0.1
     unknowns = residual_model(measured, errors=SOUND, held=held).evaluate(at).jacobian
     columns = np.hstack([score_causes(measured, None, model_at(at), {})[1].whitened(held), unknowns])
     left = change - columns @ np.linalg.lstsq(columns, change)[0]
-    assert np.linalg.norm(left) < 0.05 * np.linalg.norm(change)
+    assert norm(left) < 0.05 * norm(change)
 
 
 def test_what_damping_and_law_do_is_no_tolerance_and_what_moduli_and_frequencies_do_is():
@@ -364,6 +367,32 @@ def test_what_damping_and_law_do_is_no_tolerance_and_what_moduli_and_frequencies
     columns = np.hstack([vague @ rng.standard_normal((4, 2)), known])
     left = score_test._beside_unknowns(columns, J, problem)
     np.testing.assert_allclose(left[:, :2], 0.0, atol=1e-6)
-    expected = known - vague @ np.linalg.lstsq(vague, known)[0]
-    np.testing.assert_allclose(left[:, 2:], expected, atol=1e-6)
-    assert np.linalg.norm(expected) > 0.8 * np.linalg.norm(known)
+    np.testing.assert_allclose(left[:, 2:], known - vague @ np.linalg.lstsq(vague, known)[0], atol=1e-6)
+
+
+def soft_joint_at(measured, baseline):
+    """The problem there, its prediction, and the whitened signature (r, 2) of a joint-stiffness."""
+    problem = FitProblem(measured, None, baseline, (), frozen=True)
+    problem.weigh(problem.x0)
+    prediction = Prediction(*problem.evaluate(problem.x0), problem.blocks)
+    where = (measured, None, model_at(baseline), problem.held, prediction)
+    (found,) = score_test._signatures_of(*where, CAUSES["joint-stiffness"])
+    return problem, prediction, found.columns
+
+
+def test_a_soft_joint_does_what_its_moduli_do_with_all_that_harmonics_add(measured, baseline):
+    """Both are the same by definition; their harmonics alone are per cents of it."""
+    _, prediction, signature = soft_joint_at(measured, with_law(baseline))
+    moduli = SCALE * prediction.jacobian[:, :2]
+    assert (norm(signature - moduli, axis=0) < 2e-4 * norm(moduli, axis=0)).all()
+
+
+def test_what_moduli_do_of_a_signature_they_do_as_where_the_model_was_fitted_last(measured, baseline):
+    before = with_law(baseline)
+    after = replace(before, base=replace(before.base, E=1.002 * before.base.E, G=0.997 * before.base.G))
+    first, prediction, signature = soft_joint_at(measured, before)
+    last, there, expected = soft_joint_at(measured, after)
+    carried = score_test._carried(prediction, first.held, last, there.jacobian, signature).whitened(last.held)
+    uncarried = ResidualColumns.of(signature, first.blocks, first.held).whitened(last.held)
+    assert (norm(uncarried - expected, axis=0) > 1e-3 * norm(expected, axis=0)).all()
+    assert (norm(carried - expected, axis=0) < 0.05 * norm(uncarried - expected, axis=0)).all()
