@@ -189,14 +189,15 @@ def _left_by(
 
 
 def _beside_unknowns(columns: Array, jacobian: Array, problem: FitProblem) -> Array:
-    """What columns (r, k) do that no damping and law do as well.
+    """What columns (r, k) do that no moduli, damping and law do as well.
 
     These are then what describes a rig best that has the amounts, and a fit that knows nothing of amounts is about
     where it is most probable.  Whole columns are thousands of deviations large, of which first order tells nothing.
-    Moduli and natural frequencies are known too well beforehand to take anything over.
+    Natural frequencies are known too well beforehand to take anything over, and what is at its limit cannot.
     """
-    vague = np.ones(jacobian.shape[1], bool)
-    for known in ("log_E", "log_G", "frequency_discrepancy", "shown", "shifts"):
+    lower, upper = problem.bounds
+    vague = (lower < problem.x0) & (problem.x0 < upper)
+    for known in ("frequency_discrepancy", "shown", "shifts"):
         vague[problem.start.blocks[known]] = False
     J, precision = jacobian[:, vague], problem.precision[np.ix_(vague, vague)]
     return np.asarray(columns - J @ _amounts(columns, J, precision))

@@ -357,13 +357,15 @@ def test_another_mean_over_the_layer_s_elements_is_tolerated(measured, baseline,
     assert norm(left) < 0.05 * norm(change)
 
 
-def test_what_damping_and_law_do_is_no_tolerance_and_what_moduli_and_frequencies_do_is():
+def test_what_moduli_damping_and_law_do_within_their_limits_is_no_tolerance():
     rng = np.random.default_rng(3)
     names = ("log_E", "log_G", "loss_E", "frequency_discrepancy", "softening 0", "shown", "shifts")
     blocks = Blocks(tuple(zip(names, (1, 1, 1, 1, 3, 0, 0), strict=True)))
     J = rng.standard_normal((40, 7))
-    problem = SimpleNamespace(start=SimpleNamespace(blocks=blocks), precision=1e-9 * np.eye(7))
-    vague, known = J[:, [2, 4, 5, 6]], J[:, [0, 1, 3]]
+    bounds = np.array([-1.0, -1, 0, -1, -1, 0, -1]), np.ones(7)  # two losses at their limit
+    start = SimpleNamespace(blocks=blocks)
+    problem = SimpleNamespace(start=start, precision=1e-9 * np.eye(7), x0=np.zeros(7), bounds=bounds)
+    vague, known = J[:, [0, 1, 4, 6]], J[:, [2, 3, 5]]
     columns = np.hstack([vague @ rng.standard_normal((4, 2)), known])
     left = score_test._beside_unknowns(columns, J, problem)
     np.testing.assert_allclose(left[:, :2], 0.0, atol=1e-6)
