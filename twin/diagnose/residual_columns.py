@@ -55,13 +55,6 @@ class ResidualColumns:
         """How many there are."""
         return int(self.harmonics.shape[-1])
 
-    def plus(self, others: ResidualColumns) -> ResidualColumns:
-        """The sums of as many."""
-        pairs = zip(self.broadband, others.broadband, strict=True)
-        return ResidualColumns(
-            tuple(one + other for one, other in pairs), self.steps + others.steps, self.harmonics + others.harmonics
-        )
-
     def beside(self, others: ResidualColumns) -> ResidualColumns:
         """These and then the others."""
         pairs = zip(self.broadband, others.broadband, strict=True)

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import product
 
 import numpy as np
@@ -84,6 +83,48 @@ class _Signature:
         return np.asarray(self.columns * [p.tolerance / np.sqrt(self.thresholds) for p in self.strengths])
 
 
+@dataclass(frozen=True)
+class _Signatures:
+    """Signatures of causes beside one model, with a sound rig's weights and priors.
+
+    A cause gains by explaining what a loose fit put down to natural frequencies.
+    """
+
+    problem: FitProblem
+    prediction: Prediction
+    each: list[_Signature]
+    model: FittedModel
+
+    @classmethod
+    def at(
+        cls,
+        evidence: MeasuredData,
+        harmonics: HarmonicResiduals | None,
+        model: FittedModel,
+        causes: Mapping[str, Cause],
+    ) -> _Signatures:
+        problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, frozen=True)
+        problem.weigh(problem.x0)
+        prediction = Prediction(*problem.evaluate(problem.x0), problem.blocks)
+        common = (evidence, harmonics, model, problem.held, prediction)
+        found = parallel_map(_signatures_of, common, [(cause,) for cause in causes.values()])
+        return cls(problem, prediction, [signature for each in found for signature in each], model)
+
+    def tolerances(self) -> ResidualColumns:
+        """What a sound rig may have of every cause, and of what a joint's law leaves out."""
+        problem, held, residual = self.problem, self.problem.held, self.prediction.residual
+        evidence, harmonics = problem.evidence, problem.harmonics
+        tolerated = [signature.tolerated for signature in self.each if signature.strengths]
+        plain = residual_model(evidence, modification_of(evidence, self.model.hypotheses), harmonics, held=held)
+        if isinstance(plain, ResidualModel):
+            left_by = _left_by(evidence, harmonics, self.model, held)
+            white, of_laws = law_tolerances(plain, self.model.baseline, residual, left_by)
+            tolerated += [*white, *(columns.whitened(held) for columns in of_laws)]
+        columns = np.column_stack([np.zeros((len(residual), 0)), *tolerated])
+        columns = _principal(_beside_unknowns(columns, self.prediction.jacobian, problem))
+        return tolerances_of(columns, self.prediction.blocks, held)
+
+
 def score_causes(
     evidence: MeasuredData,
     harmonics: HarmonicResiduals | None,
@@ -111,36 +152,19 @@ def score_causes(
     FittedModel
         That was scored.
     """
-    # A sound rig's weights and priors: a cause gains by explaining what a loose fit put down to natural frequencies.
-    problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, frozen=True)
-    problem.weigh(problem.x0)
-    evaluated = problem.evaluate(problem.x0)
-    held, prediction = problem.held, Prediction(*evaluated, problem.blocks)
-    common = (evidence, harmonics, model, held, prediction)
-    found = parallel_map(_signatures_of, common, [(cause,) for cause in causes.values()])
-    signatures = [signature for each in found for signature in each]
-    tolerated = [signature.tolerated for signature in signatures if signature.strengths]
-    plain = residual_model(evidence, modification_of(evidence, model.hypotheses), harmonics, held=held)
-    if isinstance(plain, ResidualModel):
-        left_by = _left_by(evidence, harmonics, model, held)
-        white, of_laws = law_tolerances(plain, model.baseline, prediction.residual, left_by)
-        tolerated += [*white, *(columns.whitened(held) for columns in of_laws)]
-    columns = np.column_stack([np.zeros((len(prediction.residual), 0)), *tolerated])
-    columns = _principal(_beside_unknowns(columns, evaluated[1], problem))
-    tolerances = tolerances_of(columns, prediction.blocks, held)
-    columns_of = partial(ResidualColumns.of, blocks=prediction.blocks, held=held)
-    errors, sound = errors or model.errors, sound_errors(evidence)
+    found = _Signatures.at(evidence, harmonics, model, causes)
+    tolerances, errors, sound = found.tolerances(), errors or model.errors, sound_errors(evidence)
     if refitted:
         model = fit_with_errors(
             evidence, harmonics, model.baseline, model.hypotheses, errors=errors, tolerances=tolerances
         )
-        problem, errors = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, frozen=True), model.errors
-        problem.weigh(problem.x0)
-        evaluated = problem.evaluate(problem.x0)
-        columns_of = partial(_carried, prediction, held, problem, evaluated[1])
+        # Anew: a sensitivity of a hundred thousand deviations changes by many where moduli move by a thousandth.
+        found, errors = _Signatures.at(evidence, harmonics, model, causes), model.errors
+    problem, prediction, signatures = found.problem, found.prediction, found.each
     if not signatures:
         return [], tolerances, model
-    first_orders = _FirstOrders.of(signatures, columns_of)
+    first_orders = _FirstOrders.of(signatures, prediction.blocks, problem.held)
+    evaluated = prediction.residual, prediction.jacobian
     marginal, sizes = MarginalLikelihood(problem, tolerances, evaluated=evaluated), _between(errors, sound)
     alone, gains = np.full(len(sizes) ** 2, -np.inf), []
     for number, (own, runs) in enumerate(product(sizes, sizes)):
@@ -200,25 +224,7 @@ def _beside_unknowns(columns: Array, jacobian: Array, problem: FitProblem) -> Ar
     for known in ("frequency_discrepancy", "shown", "shifts"):
         vague[problem.start.blocks[known]] = False
     J, precision = jacobian[:, vague], problem.precision[np.ix_(vague, vague)]
-    return np.asarray(columns - J @ _amounts(columns, J, precision))
-
-
-def _amounts(columns: Array, jacobian: Array, precision: Array) -> Array:
-    """Of the unknowns (n, k) that do most of what columns (r, k) do."""
-    return Cholesky.of(jacobian.T @ jacobian + precision).solve(jacobian.T @ columns)
-
-
-def _carried(
-    before: Prediction, held: Linearisation, problem: FitProblem, jacobian: Array, columns: Array
-) -> ResidualColumns:
-    """Columns (r, k) of one model where another was fitted: what unknowns do of them, these do as they do there.
-
-    A sensitivity of a hundred thousand deviations must be the same in both to a thousandth of that, or a soft joint
-    would be no moduli's.
-    """
-    amounts = _amounts(columns, before.jacobian, problem.precision)
-    rest = ResidualColumns.of(columns - before.jacobian @ amounts, before.blocks, held)
-    return rest.plus(ResidualColumns.of(jacobian @ amounts, problem.blocks, problem.held))
+    return np.asarray(columns - J @ Cholesky.of(J.T @ J + precision).solve(J.T @ columns))
 
 
 def _principal(columns: Array) -> Array:
@@ -286,7 +292,9 @@ class _FirstOrders:
     known: dict[tuple[str, object], tuple[Array, Array]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, signatures: Sequence[_Signature], columns_of: Callable[[Array], ResidualColumns]) -> _FirstOrders:
+    def of(
+        cls, signatures: Sequence[_Signature], blocks: tuple[tuple[str, slice], ...], held: Linearisation
+    ) -> _FirstOrders:
         most = max(signature.columns.shape[1] for signature in signatures)
         rows = np.zeros((len(signatures[0].columns), len(signatures), most))
         lower, upper = np.zeros((2, len(signatures), most))
@@ -297,7 +305,7 @@ class _FirstOrders:
                 # Bounds matter: a mass that would have to be negative explains nothing.
                 lower[number, k], upper[number, k] = (p.lower - p.null) / p.scale, (p.upper - p.null) / p.scale
         sized = np.array([bool(signature.strengths) for signature in signatures])
-        return cls(columns_of(rows.reshape(len(rows), -1)), lower, upper, sized)
+        return cls(ResidualColumns.of(rows.reshape(len(rows), -1), blocks, held), lower, upper, sized)
 
     def _products(self, marginal: MarginalLikelihood, kind: str, errors: ErrorModel) -> tuple[Array, Array]:
         """Products (1 + n, g, m) of a model's columns with these, and (g, m, m) of each signature's own."""

@@ -15,7 +15,6 @@ from twin.causes.joint_stiffness.model import SCALE
 from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.models import CAUSES
-from twin.diagnose.residual_columns import ResidualColumns
 from twin.diagnose.selection import score_test
 from twin.diagnose.selection.score_test import score_causes
 from twin.identify import frequency_shifts
@@ -29,7 +28,6 @@ from twin.identify.residuals import error_model
 from twin.identify.residuals import residual_model as residual_models
 from twin.identify.residuals.error_model import SOUND, log_prior
 from twin.identify.residuals.likelihood import residual_model
-from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.joint import Saturating
 from twin.rigs import load_rig
@@ -372,29 +370,10 @@ def test_what_moduli_damping_and_law_do_within_their_limits_is_no_tolerance():
     np.testing.assert_allclose(left[:, 2:], known - vague @ np.linalg.lstsq(vague, known)[0], atol=1e-6)
 
 
-def soft_joint_at(measured, baseline):
-    """The problem there, its prediction, and the whitened signature (r, 2) of a joint-stiffness."""
-    problem = FitProblem(measured, None, baseline, (), frozen=True)
-    problem.weigh(problem.x0)
-    prediction = Prediction(*problem.evaluate(problem.x0), problem.blocks)
-    where = (measured, None, model_at(baseline), problem.held, prediction)
-    (found,) = score_test._signatures_of(*where, CAUSES["joint-stiffness"])
-    return problem, prediction, found.columns
-
-
 def test_a_soft_joint_does_what_its_moduli_do_with_all_that_harmonics_add(measured, baseline):
     """Both are the same by definition; their harmonics alone are per cents of it."""
-    _, prediction, signature = soft_joint_at(measured, with_law(baseline))
-    moduli = SCALE * prediction.jacobian[:, :2]
-    assert (norm(signature - moduli, axis=0) < 2e-4 * norm(moduli, axis=0)).all()
-
-
-def test_what_moduli_do_of_a_signature_they_do_as_where_the_model_was_fitted_last(measured, baseline):
-    before = with_law(baseline)
-    after = replace(before, base=replace(before.base, E=1.002 * before.base.E, G=0.997 * before.base.G))
-    first, prediction, signature = soft_joint_at(measured, before)
-    last, there, expected = soft_joint_at(measured, after)
-    carried = score_test._carried(prediction, first.held, last, there.jacobian, signature).whitened(last.held)
-    uncarried = ResidualColumns.of(signature, first.blocks, first.held).whitened(last.held)
-    assert (norm(uncarried - expected, axis=0) > 1e-3 * norm(expected, axis=0)).all()
-    assert (norm(carried - expected, axis=0) < 0.05 * norm(uncarried - expected, axis=0)).all()
+    at = with_law(baseline)
+    causes = {"joint-stiffness": CAUSES["joint-stiffness"]}
+    found = score_test._Signatures.at(measured, None, model_at(at), causes)
+    (signature,), moduli = found.each, SCALE * found.prediction.jacobian[:, :2]
+    assert (norm(signature.columns - moduli, axis=0) < 2e-4 * norm(moduli, axis=0)).all()
