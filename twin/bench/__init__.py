@@ -6,20 +6,3 @@ from twin.bench.hidden import FIRST_CAUSES, HiddenCase, draw_case
 from twin.bench.hits import HammeredBench, Hit
 from twin.bench.layer import JointLaw, no_law, steel_law
 from twin.bench.planned import check_effects
-
-__all__ = [
-    "EFFECTS",
-    "FIRST_CAUSES",
-    "Bench",
-    "HammeredBench",
-    "HiddenCase",
-    "Hit",
-    "JointLaw",
-    "assembled",
-    "check_effects",
-    "draw_case",
-    "drive_limits",
-    "no_law",
-    "open_bench",
-    "steel_law",
-]

@@ -6,23 +6,3 @@ from twin.campaign.judgement import judge, named_first
 from twin.campaign.plan import campaign_causes, fitting_causes, planned_cases
 from twin.campaign.runner import read_results, run_campaign
 from twin.campaign.summary import CampaignSummary, CauseRow, summarise
-
-__all__ = [
-    "CampaignSummary",
-    "CasePlan",
-    "CaseResult",
-    "CauseRow",
-    "RuleCalibration",
-    "calibrate",
-    "campaign_causes",
-    "fitting_causes",
-    "judge",
-    "named_first",
-    "planned_cases",
-    "read_results",
-    "record_case",
-    "record_hidden",
-    "run_campaign",
-    "run_case",
-    "summarise",
-]

@@ -4,15 +4,3 @@ from twin.cause_registry.advice import advice_on
 from twin.cause_registry.dice import Dice
 from twin.cause_registry.outside import OutsideCause, load_causes
 from twin.cause_registry.registry import DRAWS, FINDINGS, NAMES, Registered, from_folders
-
-__all__ = [
-    "DRAWS",
-    "FINDINGS",
-    "NAMES",
-    "Dice",
-    "OutsideCause",
-    "Registered",
-    "advice_on",
-    "from_folders",
-    "load_causes",
-]

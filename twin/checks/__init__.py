@@ -2,5 +2,3 @@
 
 from twin.checks.finding import Finding
 from twin.checks.first_look import FirstLook, first_look
-
-__all__ = ["Finding", "FirstLook", "first_look"]

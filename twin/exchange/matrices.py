@@ -19,7 +19,6 @@ from twin.rigs import Rig
 from twin.rigs.matrices.op4 import SYMMETRIC
 from twin.structure import assemble, named_rows
 
-__all__ = ["SUFFIXES", "write_matrices"]
 DIGITS = 3
 """Numbers on a line of an OUTPUT4 file."""
 REAL_DOUBLE = 2

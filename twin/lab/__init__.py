@@ -2,5 +2,3 @@
 
 from twin.lab.recording import Recording, load_run
 from twin.lab.rig import LabRig, load_rig
-
-__all__ = ["LabRig", "Recording", "load_rig", "load_run"]

@@ -27,8 +27,6 @@ from twin.views.drawing import draw_band, dressed, legend, panels
 from twin.views.style import AFTER, BEFORE, MEASURED
 from twin.views.table import Table
 
-__all__ = ["CoupledResponses", "couple"]
-
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class CoupledResponses(Shown):

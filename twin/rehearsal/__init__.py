@@ -5,18 +5,3 @@ from twin.rehearsal.nominal import NominalRig
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 from twin.rehearsal.rehearse import Rehearsed, judge, open_twin, rehearse, rehearse_until_clear
 from twin.rehearsal.tables import branch_tables, rehearsed_table, result_table
-
-__all__ = [
-    "Caution",
-    "NominalRig",
-    "Rehearsal",
-    "Rehearsed",
-    "branch_tables",
-    "judge",
-    "open_twin",
-    "predicted_branches",
-    "rehearse",
-    "rehearse_until_clear",
-    "rehearsed_table",
-    "result_table",
-]
