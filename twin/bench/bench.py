@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.run import Channel, SampleBlock
 from recordings.streams import Excitation
+from twin.arrays import Array
 from twin.bench.build import Built, build
 from twin.bench.decimation import decimate, decimation_taps
 from twin.bench.generator import Generator, pulse
@@ -19,8 +19,6 @@ from twin.bench.plan import Plan
 from twin.bench.planned import planned
 from twin.bench.shaker import ShakerModel
 from twin.rigs import Effect, Layout, Rig
-
-Matrix = NDArray[np.float64]
 
 
 class Bench:
@@ -146,7 +144,7 @@ class Bench:
         since, base_ns = self._base
         return base_ns + (round((index - since) / self._rate * 1e9) if self._rate else 0)
 
-    def _advance(self, out: Matrix) -> None:
+    def _advance(self, out: Array) -> None:
         """March one chunk and decimate it into `out`, (channels, count)."""
         self._follow_drift()
         steps = out.shape[1] * self._substeps
@@ -188,10 +186,10 @@ class Bench:
         self._step = c.packed(self._built.locals, self._built.auxiliaries)
         self._elements.scale[:] = self._built.scales(self._time_s)
 
-    def _convert(self, signals: Matrix, first: int) -> tuple[dict[str, NDArray[np.float32]], dict[str, int]]:
+    def _convert(self, signals: Array, first: int) -> tuple[dict[str, Array], dict[str, int]]:
         """Instruments and converter."""
         names = [channel.name for channel in self._channels]
-        samples: dict[str, NDArray[np.float32]] = {}
+        samples: dict[str, Array] = {}
         overload: dict[str, int] = {}
         count = signals.shape[1]
         noise = np.zeros(count, np.float32)
@@ -214,7 +212,7 @@ class Bench:
             samples[names[c]] = out
         return samples, overload
 
-    def _freeze(self, c: int, i: InstrumentChannel, out: NDArray[np.float32], first: int) -> None:
+    def _freeze(self, c: int, i: InstrumentChannel, out: Array, first: int) -> None:
         """Repeat the last value over random stretches, which may reach into the next block."""
         if not i.freezes_per_s or not len(out):
             return

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from recordings.quantities import is_response, quantity
+from twin.arrays import Array
 from twin.bench.force_factor import ForceFactor
 from twin.bench.instruments import InstrumentChannel
 from twin.bench.layer import JointLaw, law_by_name, law_from_table, no_law, steel_law
@@ -24,8 +24,6 @@ from twin.structure import assemble, layer_points, normal_modes, rigid_motions
 from twin.structure.law_table import layer_table
 from twin.structure.modes import MOST_RIGID
 from twin.structure.sparse import handy
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,15 +55,15 @@ class Built:
     laws: tuple[JointLaw, ...]
     rigid: int
     elements_: tuple[Element, ...]
-    coordinate: NDArray[np.int64]
-    auxiliary: NDArray[np.int64]
-    rows: tuple[tuple[Matrix, bool], ...]
+    coordinate: Array
+    auxiliary: Array
+    rows: tuple[tuple[Array, bool], ...]
     shaker_laws: tuple[tuple[str, PiecewiseLinearContact | ForceFactor], ...]
     shaker_rows: tuple[str, ...]
-    auxiliary_rows: tuple[Matrix, ...]
-    drive_row: Matrix
-    drive_load: Matrix
-    channel_rows: tuple[Matrix | None, ...]
+    auxiliary_rows: tuple[Array, ...]
+    drive_row: Array
+    drive_load: Array
+    channel_rows: tuple[Array | None, ...]
     shaker: ShakerModel | None
 
     @property
@@ -96,7 +94,7 @@ class Built:
         return self.condensed.modes(E, [joint.G for joint in self.plan.joints], below_Hz=below, factor=everything)
 
     @property
-    def differentiable(self) -> NDArray[np.bool_]:
+    def differentiable(self) -> Array:
         """Which channels are plain accelerations, that may be had from velocities."""
         instruments = self.plan.instruments.values()
         return np.array([_form(i) == "acceleration" and not i.resonances for i in instruments])
@@ -136,19 +134,19 @@ class Built:
         """The same, diagonal."""
         return to_poles(self.rig(time_s, internal_rate_Hz, velocities=velocities))
 
-    def to_common(self, states: Matrix, time_s: float, internal_rate_Hz: float) -> Matrix:
+    def to_common(self, states: Array, time_s: float, internal_rate_Hz: float) -> Array:
         """States of the rig at a time as condensed coordinates."""
         Phi = self.modal(time_s, internal_rate_Hz).Phi
         m = Phi.shape[1]
         return np.concatenate([Phi @ states[:m], Phi @ states[m : 2 * m], states[2 * m :]])
 
-    def from_common(self, common: Matrix, time_s: float, internal_rate_Hz: float) -> Matrix:
+    def from_common(self, common: Array, time_s: float, internal_rate_Hz: float) -> Array:
         """The other way."""
         Phi = self.modal(time_s, internal_rate_Hz).Phi
         r = len(Phi)
         return np.concatenate([Phi.T @ common[:r], Phi.T @ common[r : 2 * r], common[2 * r :]])
 
-    def scales(self, time_s: float) -> Matrix:
+    def scales(self, time_s: float) -> Array:
         """Scale of each element's force at a time."""
         layers, everything = self.moduli(time_s)
         left = {"": 1.0, "all": everything}
@@ -175,7 +173,7 @@ class Built:
             np.zeros((len(laws), max(depth, 1))),
         )
 
-    def _parameters(self, law: Law | ForceFactor) -> Sequence[float] | Matrix:
+    def _parameters(self, law: Law | ForceFactor) -> Sequence[float] | Array:
         """Numbers of a law for the kernels."""
         if isinstance(law, ForceFactor):
             return law.parameters_at(self._place("stroke"), self._place(law.turns))
@@ -312,7 +310,7 @@ def _layer_elements(plan: Plan, matrices: Matrices, number: int, joint: JointPla
     return elements + [Element(slips[point], slider, joint=number) for point, slider in joint.sliders]
 
 
-def _seen(matrices: Matrices, place: Place, instrument: InstrumentChannel) -> Matrix:
+def _seen(matrices: Matrices, place: Place, instrument: InstrumentChannel) -> Array:
     """Row of the motion a transducer shows: the displacement, and a share of the left surface's motion along a beam."""
     row = matrices.row(place)
     if instrument.transverse:
@@ -341,12 +339,12 @@ def _law(plan: Plan, number: int) -> JointLaw:
 class _Numbered:
     """The distinct local coordinates of elements, their numbers, and what velocity laws read beside."""
 
-    rows: list[tuple[Matrix, bool]] = field(default_factory=list)
+    rows: list[tuple[Array, bool]] = field(default_factory=list)
     coordinate: list[int] = field(default_factory=list)
-    auxiliary_rows: list[Matrix] = field(default_factory=list)
+    auxiliary_rows: list[Array] = field(default_factory=list)
     auxiliary: list[int] = field(default_factory=list)
 
-    def add(self, row: Matrix, velocity: bool) -> None:
+    def add(self, row: Array, velocity: bool) -> None:
         """Number the coordinate of an element, and its auxiliary row or -1."""
         alike = (
             n for n, (other, moves) in enumerate(self.rows)

@@ -10,8 +10,8 @@ smoother, does not.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.bench.limits import LIMITS
 from twin.joint.kernel import COMPILED
 
@@ -21,9 +21,7 @@ FIVE_POINTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12
 """Central difference for the case in which there is nothing to filter: 0.5 % low at a tenth of the rate."""
 
 
-def decimation_taps(
-    substeps: int, delay_steps: NDArray[np.float64], *, differentiate: NDArray[np.bool_], step_s: float
-) -> NDArray[np.float64]:
+def decimation_taps(substeps: int, delay_steps: Array, *, differentiate: Array, step_s: float) -> Array:
     """Filter of each channel, (channels, taps), newest internal sample last.
 
     Parameters
@@ -50,7 +48,7 @@ def decimation_taps(
     return np.ascontiguousarray(taps[:, ::-1])
 
 
-def _sinc(length: int, centre: float, substeps: int) -> NDArray[np.float64]:
+def _sinc(length: int, centre: float, substeps: int) -> Array:
     """Windowed sinc around a latency, of unit sum."""
     x = (np.arange(length) - centre) / substeps
     window = np.i0(7.86 * np.sqrt(np.maximum(0.0, 1 - (x / LIMITS.half_length) ** 2))) / np.i0(7.86)
@@ -59,7 +57,7 @@ def _sinc(length: int, centre: float, substeps: int) -> NDArray[np.float64]:
 
 
 @COMPILED
-def decimate(internal: NDArray[np.float64], taps: NDArray[np.float64], substeps: int, out: NDArray[np.float64]) -> None:
+def decimate(internal: Array, taps: Array, substeps: int, out: Array) -> None:
     """Filter and keep every `substeps`-th sample.
 
     Parameters

@@ -4,10 +4,10 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import CZT, butter, sosfilt, sosfreqz
 
 from recordings.streams import Excitation
+from twin.arrays import Array
 from twin.bench.limits import LIMITS
 
 
@@ -47,7 +47,7 @@ class PeriodicSignal:
         self._at = 0.0
         self._transform: CZT | None = None
 
-    def samples(self, count: int) -> NDArray[np.float64]:
+    def samples(self, count: int) -> Array:
         """The next `count` values."""
         if count == 0:
             return np.zeros(0)
@@ -60,7 +60,7 @@ class PeriodicSignal:
         return np.asarray(values.real)
 
 
-def pulse(peak_N: float, width_s: float, step_s: float, *, rebound: bool = False) -> NDArray[np.float64]:
+def pulse(peak_N: float, width_s: float, step_s: float, *, rebound: bool = False) -> Array:
     """Half sine of a hammer's force at every step; one that rebounds hits again, weaker, while the structure rings."""
     steps = np.arange(math.ceil(width_s / step_s) + 1)
     once = peak_N * np.sin(np.minimum(np.pi * steps * step_s / width_s, np.pi))
@@ -81,7 +81,7 @@ class Generator:
         self._phase = 0.0
         self._excitation = Excitation()
         self._rng = np.random.default_rng(0)
-        self._sos: NDArray[np.float64] | None = None
+        self._sos: Array | None = None
         self._memory = np.zeros((0, 2))
         self._gain = 0.0
         self._multisine: PeriodicSignal | None = None
@@ -106,18 +106,18 @@ class Generator:
             self._rng = np.random.default_rng(excitation.seed)
             self._design(excitation.band_Hz)
 
-    def add(self, pulse: NDArray[np.float64]) -> None:
+    def add(self, pulse: Array) -> None:
         """Put a pulse, a value a step, on top of the output from the next sample on."""
         self._pulse = pulse
 
-    def samples(self, count: int) -> NDArray[np.float64]:
+    def samples(self, count: int) -> Array:
         """The next `count` values, V."""
         out = self._steady(count)
         now, self._pulse = self._pulse[:count], self._pulse[count:]
         out[: len(now)] += now
         return out
 
-    def _steady(self, count: int) -> NDArray[np.float64]:
+    def _steady(self, count: int) -> Array:
         e = self._excitation
         if e.kind == "sine":
             advance = 2 * np.pi * e.frequency_Hz * self._step_s

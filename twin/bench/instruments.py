@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.quantities import quantity
 from recordings.run import Channel
+from twin.arrays import Array
 from twin.joint.kernel import COMPILED
 from twin.rigs import Transducer
 
@@ -72,9 +72,9 @@ def high_pass_coefficients(corner_Hz: float, sample_rate_Hz: float) -> tuple[flo
 
 @COMPILED
 def convert(
-    signal: NDArray[np.float64], noise: NDArray[np.float32], sigma: float, poles: NDArray[np.float64],
-    gains: NDArray[np.float64], memory: NDArray[np.float64], limit: float, step: float, quantum: float,
-    full_scale: float, out: NDArray[np.float32],
+    signal: Array, noise: Array, sigma: float, poles: Array,
+    gains: Array, memory: Array, limit: float, step: float, quantum: float,
+    full_scale: float, out: Array,
 ) -> int:  # fmt: skip
     """High-pass, limit, add noise, quantise and clip one channel; returns how many samples sit on the limit.
 

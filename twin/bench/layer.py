@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.bench.limits import LIMITS
 from twin.joint import (
     ForceTable,
@@ -24,8 +24,6 @@ from twin.joint import (
     steel_softening,
 )
 from twin.rigs import LayerLawTable, NamedLaws
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -144,10 +142,10 @@ def slapping(law: JointLaw, *, E: float, gap_m: float, factor: float) -> JointLa
     if any(part.states for part in parts):
         raise ValueError("joint-slap needs a single-valued law of the opening")
 
-    def held(o: Matrix) -> Matrix:
+    def held(o: Array) -> Array:
         return sum((part.force_history(o) for part in parts), E * o)
 
-    def force(o: Matrix) -> Matrix:
+    def force(o: Array) -> Array:
         whole, at_gap = held(o), held(np.array([gap_m]))[0]
         return np.where(o > gap_m, at_gap + factor * (whole - at_gap), whole) - E * o
 

@@ -10,13 +10,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.bench.limits import LIMITS
 from twin.bench.reduction import ModalModel
 from twin.bench.shaker import COORDINATES, ShakerModel
-
-Matrix = NDArray[np.float64]
 
 FOLLOWING_s = 1 / (2 * np.pi * LIMITS.modes_below_Hz)
 """Within this the modes left out follow the forces where a rate is read: as fast as the fastest mode that is kept."""
@@ -39,7 +37,7 @@ class ReadOff:
         "displacement", "integral", "rate", "velocity", "acceleration",
         "force", "voltage", "stroke", "armature-velocity", "current", "reference", "command",
     ]  # fmt: skip
-    row: Matrix | None = None
+    row: Array | None = None
     static: bool = False
 
     @property
@@ -52,12 +50,12 @@ class ReadOff:
 class LinearRig:
     """dx/dt = A x + B u, y = C x + D u; u is the generator's output, then the local restoring forces."""
 
-    A: Matrix
-    B: Matrix
-    C: Matrix
-    D: Matrix
+    A: Array
+    B: Array
+    C: Array
+    D: Array
 
-    def transfer(self, frequency_Hz: Matrix) -> NDArray[np.complex128]:
+    def transfer(self, frequency_Hz: Array) -> Array:
         """Frequency responses, (len(frequency), outputs, inputs)."""
         s = 2j * np.pi * np.atleast_1d(frequency_Hz)
         identity = np.eye(len(self.A))
@@ -71,12 +69,12 @@ class Poles:
     `to_poles` turns states into w, `to_states` w into states (real part of the product).
     """
 
-    pole: NDArray[np.complex128]
-    B: NDArray[np.complex128]
-    C: NDArray[np.complex128]
-    D: Matrix
-    to_poles: NDArray[np.complex128]
-    to_states: NDArray[np.complex128]
+    pole: Array
+    B: Array
+    C: Array
+    D: Array
+    to_poles: Array
+    to_states: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,9 +92,9 @@ class Inputs:
         armature, and voltages in the coil, likewise restoring.
     """
 
-    drive_row: Matrix
-    drive_load: Matrix
-    loads: Sequence[Matrix]
+    drive_row: Array
+    drive_load: Array
+    loads: Sequence[Array]
     shaker_loads: Sequence[str] = ()
 
 
@@ -105,7 +103,7 @@ def linear_rig(
     inputs: Inputs,
     outputs: Sequence[ReadOff],
     *,
-    damping: Matrix,
+    damping: Array,
     shaker: ShakerModel | None = None,
     cell_mass: float = 0.0,
 ) -> LinearRig:
@@ -221,8 +219,8 @@ def linear_rig(
 
 
 def _static_share(
-    row: Matrix, residual: Matrix, drive_load: Matrix, patterns: Matrix, F_x: Matrix, F_u: Matrix
-) -> tuple[Matrix, Matrix]:
+    row: Array, residual: Array, drive_load: Array, patterns: Array, F_x: Array, F_u: Array
+) -> tuple[Array, Array]:
     """Displacement of a row through the modes left out, as a row over the states and one over the inputs."""
     flexibility = row @ residual
     by_input = (flexibility @ drive_load) * F_u
@@ -230,7 +228,7 @@ def _static_share(
     return (flexibility @ drive_load) * F_x, by_input
 
 
-def _of_the_shaker(shaker: ShakerModel, quantity: str, size: int) -> tuple[Matrix, float]:
+def _of_the_shaker(shaker: ShakerModel, quantity: str, size: int) -> tuple[Array, float]:
     """Row over the states, and share of the generator's voltage, of one of the shaker's own coordinates."""
     row = np.zeros(size)
     if quantity == "reference":

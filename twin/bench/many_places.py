@@ -7,19 +7,17 @@ change that no place would feel, each in its own size, is not followed.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.bench.limits import LIMITS
 from twin.joint.kernel import COMPILED
-
-Matrix = NDArray[np.float64]
 
 CHANGED, SLOW = LIMITS.many_changed, LIMITS.many_slow
 
 
 @COMPILED
 def correct(
-    D: Matrix, tangent: Matrix, kept: Matrix, S: Matrix, size: Matrix, r: Matrix, iteration: int
+    D: Array, tangent: Array, kept: Array, S: Array, size: Array, r: Array, iteration: int
 ) -> None:  # fmt: skip
     """Replace the residual r, (n,), by Newton's correction.
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.bench.force_factor import lost_force
 from twin.bench.limits import LIMITS
 from twin.bench.linear import Poles
@@ -24,9 +24,6 @@ from twin.bench.many_places import correct
 from twin.joint.elimination import eliminate
 from twin.joint.kernel import COMPILED, INNER, evaluate, remember
 from twin.joint.kinds import FORCE_FACTOR, FUNCTIONS, HINGES, POLYNOMIAL, SLIDERS
-
-Matrix = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 TOLERANCE = 1e-10
 """Residual of the local equations over the recent size of each coordinate."""
@@ -47,11 +44,11 @@ class Coefficients:
     """One step of size `step_s`: outputs are the local coordinates first, then auxiliary rows, then channels."""
 
     step_s: float
-    decay: Complex
-    Gamma: Complex
-    G1: Complex
-    C: Complex
-    D: Matrix
+    decay: Array
+    Gamma: Array
+    G1: Array
+    C: Array
+    D: Array
 
     def packed(self, locals_: int, auxiliaries: int, *, rows: int | None = None) -> Step:
         """The same for the compiled march; of the outputs, the first `rows` alone if given."""
@@ -77,10 +74,10 @@ class Step(NamedTuple):
     """
 
     step_s: float
-    decay: Matrix
-    Gamma: Matrix
-    C: Matrix
-    D: Matrix
+    decay: Array
+    Gamma: Array
+    C: Array
+    D: Array
     locals_: int
     auxiliaries: int
 
@@ -92,12 +89,12 @@ class Elements(NamedTuple):
     factor's row also names the two coordinates that it depends on.
     """
 
-    kind: NDArray[np.int64]
-    coordinate: NDArray[np.int64]
-    auxiliary: NDArray[np.int64]
-    scale: Matrix
-    parameters: Matrix
-    state: Matrix
+    kind: Array
+    coordinate: Array
+    auxiliary: Array
+    scale: Array
+    parameters: Array
+    state: Array
 
 
 def coefficients(poles: Poles, step_s: float) -> Coefficients:
@@ -114,7 +111,7 @@ def coefficients(poles: Poles, step_s: float) -> Coefficients:
     return Coefficients(step_s, e, Gamma, G1, poles.C, D)
 
 
-def packed(poles: Complex) -> Matrix:
+def packed(poles: Array) -> Array:
     """Real parts, then imaginary parts, of poles along the last axis, each with zeros up to whole vectors."""
     n = poles.shape[-1]
     found = np.zeros((*poles.shape[:-1], 2, n + -n % LIMITS.marching_lanes))
@@ -123,7 +120,7 @@ def packed(poles: Complex) -> Matrix:
 
 
 @COMPILED
-def integrate(step: Step, elements: Elements, w: Matrix, y: Matrix, u: Matrix, voltage: Matrix, out: Matrix) -> int:
+def integrate(step: Step, elements: Elements, w: Array, y: Array, u: Array, voltage: Array, out: Array) -> int:
     """March over the samples of `voltage`; `w`, `y`, `u` and the elements' states are moved on in place.
 
     Parameters
@@ -274,9 +271,7 @@ def integrate(step: Step, elements: Elements, w: Matrix, y: Matrix, u: Matrix, v
 
 
 @INNER
-def couple(
-    kind: NDArray[np.int64], coordinate: NDArray[np.int64], parameters: Matrix, y: Matrix, u: Matrix, cross: Matrix
-) -> None:
+def couple(kind: Array, coordinate: Array, parameters: Array, y: Array, u: Array, cross: Array) -> None:
     """Add the forces of laws of two coordinates to `u`, and put their slopes, (locals, locals), into `cross`."""
     cross[:] = 0.0
     for e in range(kind.shape[0]):

@@ -4,18 +4,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from recordings.directions import unit_vector
+from twin.arrays import Array
 from twin.bench.instruments import InstrumentChannel
 from twin.bench.layer import JointLaw
 from twin.joint import Law
 from twin.rigs import BeamPart, Layout, Place, Rig
 from twin.structure import Structure
 from twin.structure.sparse import with_coordinate, with_square
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass
@@ -32,18 +30,18 @@ class Matrices:
         Whose rows give places; resonators' coordinates come after its own.
     """
 
-    M: Matrix | csr_array
-    K0: Matrix | csr_array
-    K_E: list[Matrix | csr_array]
-    K_G: list[Matrix | csr_array]
-    C: Matrix | csr_array
+    M: Array | csr_array
+    K0: Array | csr_array
+    K_E: list[Array | csr_array]
+    K_G: list[Array | csr_array]
+    C: Array | csr_array
     structure: Structure
 
-    def pad(self, row: Matrix) -> Matrix:
+    def pad(self, row: Array) -> Array:
         """A row over the structure's coordinates, with zeros for those that were appended."""
         return np.concatenate([row, np.zeros(self.M.shape[0] - len(row))])
 
-    def row(self, place: Place) -> Matrix:
+    def row(self, place: Place) -> Array:
         """Row of the displacement at a place in its direction."""
         return self.pad(self.structure.row(place))
 
@@ -78,7 +76,7 @@ class Element:
     which drift scales it: that of the modulus E' of `joint`, that of all moduli, or none.
     """
 
-    row: Matrix
+    row: Array
     law: Law
     scale: float = 1.0
     velocity: bool = False
@@ -145,7 +143,7 @@ class Plan:
     base_receptance: float = 0.0
     moduli_rate_per_s: float = 0.0
     clock_error: float = 0.0
-    frequency_errors: Matrix = field(default_factory=lambda: np.zeros(0))
+    frequency_errors: Array = field(default_factory=lambda: np.zeros(0))
     matrix_changes: list[Callable[[Matrices], None]] = field(default_factory=list)
     element_makers: list[Callable[[Matrices], list[Element]]] = field(default_factory=list)
 

@@ -5,14 +5,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from twin.arrays import Array
 from twin.bench.plan import Matrices
 from twin.structure import normal_modes
 from twin.structure.sparse import solved
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -29,9 +27,9 @@ class ModalModel:
         K^-1 - Phi omega^-2 Phi'.
     """
 
-    omega: Matrix
-    Phi: Matrix
-    residual: Matrix
+    omega: Array
+    Phi: Array
+    residual: Array
 
 
 @dataclass(frozen=True)
@@ -48,11 +46,11 @@ class Condensed:
         Each joint's layer per unit of E' and of G'.
     """
 
-    T: Matrix
-    K0: Matrix
-    K_E: tuple[Matrix, ...]
-    K_G: tuple[Matrix, ...]
-    C: Matrix
+    T: Array
+    K0: Array
+    K_E: tuple[Array, ...]
+    K_G: tuple[Array, ...]
+    C: Array
 
     def modes(self, E: Sequence[float], G: Sequence[float], *, below_Hz: float, factor: float = 1.0) -> ModalModel:
         """Modes below a frequency at moduli E', G' of the joints, all stiffness times `factor`."""
@@ -74,7 +72,7 @@ def with_layers(K0: Any, K_E: Sequence[Any], K_G: Sequence[Any], E: Sequence[flo
 
 
 def condense(
-    matrices: Matrices, *, E: Sequence[float], G: Sequence[float], loads: Sequence[Matrix], modes: int = 30
+    matrices: Matrices, *, E: Sequence[float], G: Sequence[float], loads: Sequence[Array], modes: int = 30
 ) -> Condensed:
     """Condense to the lowest modes and the static shapes of all loads (Rubin's basis).
 

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from recordings.quantities import quantity
 from recordings.run import Run
+from twin.arrays import Array
 from twin.identify.spectra.spectrum import broadband_records, h1
 from twin.procedures import Random, SteppedSine, load_procedure
 from twin.rigs import Rig
@@ -77,7 +77,7 @@ def _largest_force(rig: Rig, mode: int) -> float:
     return LINEAR_PEAK / max(reach)
 
 
-def _nominal(rig: Rig, mode: int) -> tuple[NDArray[np.float64], str]:
+def _nominal(rig: Rig, mode: int) -> tuple[Array, str]:
     """Natural frequencies as assumed, Hz, and the first response channel that moves in a mode."""
     modelled = modelled_rig(rig)
     rows = [modelled.structure.row(rig.place_of(sensor.channel)) for sensor in rig.response_sensors]

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 import pyuff
-from numpy.typing import NDArray
 
 from recordings.directions import axis_number
 from recordings.errors import InputError
 from recordings.quantities import QUANTITIES, quantity
 from recordings.run import Channel, Run
 from recordings.whole import refuse_existing, whole_file
+from twin.arrays import Array
 from twin.identify.spectra.sine_fit import steady_states
 from twin.identify.spectra.spectrum import broadband_records, h1
 
@@ -37,12 +37,12 @@ class FrequencyResponses:
 
     sweep: str
     """Where in the run it was measured."""
-    frequency_Hz: NDArray[np.float64]
+    frequency_Hz: Array
     """Evenly spaced from 0 for broadband excitation; the steps, upward, for a stepped sine; (f,)."""
-    frf: NDArray[np.complex128]
+    frf: Array
     """Complex response per force, in the response's unit per newton, as the channels measured it: a sensor whose
     direction is -y keeps its sign; (n, f)."""
-    coherence: NDArray[np.float64] | None
+    coherence: Array | None
     """Of broadband excitation, (n, f)."""
     responses: tuple[Channel, ...]
     force: Channel

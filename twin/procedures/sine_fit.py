@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.procedures.limits import LIMITS
 
 
@@ -17,7 +17,7 @@ class SineFit:
     fit leaves, gives the real and imaginary part.
     """
 
-    harmonics: NDArray[np.complex128]
+    harmonics: Array
     mean: float
     std: float
 
@@ -33,7 +33,7 @@ class SineFit:
 
 
 def fit_sine(
-    samples: NDArray[np.float32],
+    samples: Array,
     *,
     frequency_Hz: float,
     sample_rate_Hz: float,
@@ -87,9 +87,7 @@ def fit_sine(
     )
 
 
-def _fit_in_parts(
-    values: NDArray[np.float64], known: NDArray[np.bool_], turns: float, harmonics: int, modulation: int
-) -> tuple[NDArray[np.float64], float]:
+def _fit_in_parts(values: Array, known: Array, turns: float, harmonics: int, modulation: int) -> tuple[Array, float]:
     """Coefficients and the sum of squares that they leave, without ever having the whole design matrix."""
     parts = [
         np.arange(first, min(first + LIMITS.whole_fit, len(values)))[known[first : first + LIMITS.whole_fit]]
@@ -108,9 +106,7 @@ def _fit_in_parts(
 
 
 @lru_cache(maxsize=4)
-def _design(
-    count: int, cycles_per_sample: float, harmonics: int, modulation: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _design(count: int, cycles_per_sample: float, harmonics: int, modulation: int) -> tuple[Array, Array]:
     """Design matrix of a whole window and its pseudo-inverse.
 
     Over whole cycles the columns are close to orthogonal, so that its normal equations lose nothing.
@@ -120,9 +116,7 @@ def _design(
     return design, np.asarray(inverse, dtype=np.float64)
 
 
-def _columns(
-    places: NDArray[np.intp], count: int, cycles_per_sample: float, harmonics: int, modulation: int
-) -> NDArray[np.float64]:
+def _columns(places: Array, count: int, cycles_per_sample: float, harmonics: int, modulation: int) -> Array:
     """Columns [1, cos, sin, cos 2, sin 2, ..., P1 cos, P1 sin, ...] at some samples of a window of `count`.
 
     Legendre polynomials of time over the window keep the modulation apart from the mean phasor.

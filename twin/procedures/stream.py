@@ -5,10 +5,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.run import Event, SampleBlock
 from recordings.streams import Acquisition
+from twin.arrays import Array
 from twin.procedures.limits import LIMITS
 from twin.procedures.recorder import Recorder, sample_at
 
@@ -25,7 +25,7 @@ class GuardTrip(Exception):  # noqa: N818  (not an error of the program: the gua
 class Series:
     """Samples of one channel in a window; `offset_s` is the first sample's time after the window's start."""
 
-    samples: NDArray[np.float32]
+    samples: Array
     sample_rate_Hz: float
     offset_s: float
 

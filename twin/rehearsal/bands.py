@@ -1,15 +1,13 @@
 """Which resonance each step of a sweep belongs to."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.spectra.resonances import by_resonance, same_resonance
 from twin.rehearsal.limits import LIMITS
 
 
-def band_numbers(frequency_Hz: NDArray[Any], size: NDArray[Any]) -> NDArray[np.intp]:
+def band_numbers(frequency_Hz: Array, size: Array) -> Array:
     """Number the resonances of a sweep from the lowest, 0, and give each step the number of its own, (s,).
 
     Steps with a gap between them belong to different resonances; so do the steps on either side of the smallest
@@ -30,9 +28,9 @@ def band_numbers(frequency_Hz: NDArray[Any], size: NDArray[Any]) -> NDArray[np.i
     return numbers
 
 
-def _groups(frequency_Hz: NDArray[Any]) -> list[NDArray[np.intp]]:
+def _groups(frequency_Hz: Array) -> list[Array]:
     """Places of the steps between gaps, at least ``LIMITS.bands_fewest`` in each group where there are so many."""
-    found: list[NDArray[np.intp]] = []
+    found: list[Array] = []
     for group in by_resonance(frequency_Hz):
         if found and min(len(found[-1]), len(group)) < LIMITS.bands_fewest:
             found[-1] = np.concatenate([found[-1], group])
@@ -41,7 +39,7 @@ def _groups(frequency_Hz: NDArray[Any]) -> list[NDArray[np.intp]]:
     return found
 
 
-def _valleys(frequency_Hz: NDArray[Any], size: NDArray[Any]) -> list[int]:
+def _valleys(frequency_Hz: Array, size: Array) -> list[int]:
     """Places of the smallest responses between peaks that none near them exceeds; frequencies rise."""
     peaks = [i for i in range(1, len(size) - 1) if size[i] == size[same_resonance(frequency_Hz, frequency_Hz[i])].max()]
     found: list[int] = []

@@ -4,9 +4,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings import read_run
+from twin.arrays import Array
 from twin.identify.modes.from_record import modes_of_record
 from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records, h1
 from twin.rehearsal.checks.too_short import averages
@@ -64,6 +64,6 @@ def _modes(
     ]  # fmt: skip
 
 
-def _rounded(values: NDArray[Any]) -> list[float]:
+def _rounded(values: Array) -> list[float]:
     """As far as a picture shows them."""
     return [float(f"{value:.5g}") for value in values]

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.quantities import is_motion, quantity
 from recordings.run import Channel
+from twin.arrays import Array
 from twin.procedures import Impact, Procedure, ProcedureResult, StepResult, SweptSine
 from twin.rehearsal.bands import band_numbers
 from twin.rehearsal.limits import LIMITS
@@ -133,14 +133,14 @@ class Rehearsal:
         numbers = band_numbers(frequency_Hz, np.sum(H / largest, axis=0))
         return [[int(i) for i in np.flatnonzero(numbers == number)] for number in range(numbers.max() + 1)]
 
-    def receptances(self, steps: Sequence[StepResult]) -> NDArray[np.complex128]:
+    def receptances(self, steps: Sequence[StepResult]) -> Array:
         """Receptance of each step of a sweep, at the channel that moves most about the step's own resonance."""
         found = np.zeros(len(steps), complex)
         for band, channel in self._about_resonances(steps):
             found[band] = [self.receptance(steps[i], channel) for i in band]
         return found
 
-    def near_resonance(self, steps: Sequence[StepResult]) -> NDArray[np.bool_]:
+    def near_resonance(self, steps: Sequence[StepResult]) -> Array:
         """Whether each step of a sweep lies near enough to its resonance to tell something of it."""
         near = np.zeros(len(steps), bool)
         for band, channel in self._about_resonances(steps):

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings import read_run
 from recordings.run import Run, Step, StepState
+from twin.arrays import Array
 from twin.procedures import ProcedureResult, StepResult
 from twin.rehearsal.limits import LIMITS
 
@@ -85,9 +85,7 @@ def _decay(run: Run, mark: Step, step: StepResult, channels: list[str]) -> Decay
     )  # fmt: skip
 
 
-def _phasors(
-    samples: NDArray[np.float64], sample_rate_Hz: float, frequency_Hz: float
-) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+def _phasors(samples: Array, sample_rate_Hz: float, frequency_Hz: float) -> tuple[Array, Array]:
     """Times and complex amplitudes of neighbouring Hann windows of ten cycles; none where a sample was lost."""
     length = max(round(10 / frequency_Hz * sample_rate_Hz), 8)
     count = len(samples) // length
@@ -99,7 +97,7 @@ def _phasors(
     return t.mean(axis=1)[known], z[known]
 
 
-def _fitted(t: NDArray[np.float64], logarithm: NDArray[np.complex128], frequency_Hz: float) -> DecayPart:
+def _fitted(t: Array, logarithm: Array, frequency_Hz: float) -> DecayPart:
     """Least squares: the slope of the logarithm is -zeta w0 + i (wd - w), with w that of the demodulation."""
     centred = t - t.mean()
     slope = complex(centred @ logarithm / (centred @ centred))

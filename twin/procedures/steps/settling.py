@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.procedures.limits import LIMITS
 
 
@@ -101,14 +101,14 @@ class SettlingDetector:
             return float(np.linalg.norm(self._weights()[1])) < LIMITS.well_known
         return True
 
-    def _values(self, name: str) -> NDArray[np.complex128]:
+    def _values(self, name: str) -> Array:
         return np.array([window.phasors[name] for window in self._windows])
 
     def _size(self, name: str) -> tuple[float, float]:
         """Magnitude of a channel and its noise, the smallest: a fast transient looks like noise to a window's fit."""
         return float(abs(self._values(name).mean())), min(window.stds[name] for window in self._windows)
 
-    def _weights(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    def _weights(self) -> tuple[Array, Array]:
         """exp(s (t_k - t_last)), and the row that gives c of p_k = p + c exp(..) by least squares."""
         times = np.array([window.time_s for window in self._windows])
         shape = np.exp(self.rate * (times - times[-1]))
