@@ -9,20 +9,8 @@ class Limits:
 
     # bench.py
     sample_rates_Hz: tuple[float, ...] = (
-        512.0,
-        1024.0,
-        2048.0,
-        4096.0,
-        5120.0,
-        8192.0,
-        10240.0,
-        12800.0,
-        20480.0,
-        25600.0,
-        51200.0,
-        102400.0,
-        204800.0,
-    )
+        512.0, 1024.0, 2048.0, 4096.0, 5120.0, 8192.0, 10240.0, 12800.0, 20480.0, 25600.0, 51200.0, 102400.0, 204800.0,
+    )  # fmt: skip
     """Rates the converter has."""
     internal_rate_Hz: float = 11264.0
     """The physics takes at least this many steps a second: enough for all modes that the bench keeps."""

@@ -21,6 +21,7 @@ __all__ = [
     "Parameter",
     "Values",
     "all_channels",
+    "fall_per_second",
     "measured_duration_s",
     "response_channels",
     "shaker_labels",
@@ -167,6 +168,12 @@ def measured_duration_s(evidence: MeasuredData) -> float:
     """From the first step of all runs to the last that is used; at least ten seconds, a scale for what drifts."""
     times = [*evidence.steps.time_s, *(data.time_s for data in evidence.broadband)]
     return max(float(max(times)) - evidence.origin_s if times else 0.0, 10.0)
+
+
+def fall_per_second(evidence: MeasuredData, *, scale: float, most: float, least: float, start: float) -> Parameter:
+    """How fast something falls, as a share of it per second; given are the shares over the whole measurement."""
+    over, least, most, start = (share / measured_duration_s(evidence) for share in (scale, least, most, start))
+    return Parameter(name="rate_per_s", scale=over, lower=least, upper=most, null=0.0, starts=(start,))
 
 
 def shaker_labels(evidence: MeasuredData) -> Labels:

@@ -123,15 +123,12 @@ def predict_response(
         raise no_structure(rig.kind, source)
     rig = rig.driven_by(shaker)
     evidence = blank_data(rig, known_preload(rig, preload))
+    known = f"the rig has {', '.join(evidence.channels)}"
     if channel not in (None, *evidence.channels):
-        known = f"the rig has {', '.join(evidence.channels)}"
         raise InputError(source, "--channel", f"no response sensor is called {channel!r}", known)
     for law in (joint.law for joint in rig.joints):
         if isinstance(law, LawTable) and law.channel not in evidence.channels:
-            raise InputError(
-                source, "joint.law.channel", f"no response sensor is called {law.channel!r}",
-                f"the rig has {', '.join(evidence.channels)}",
-            )  # fmt: skip
+            raise InputError(source, "joint.law.channel", f"no response sensor is called {law.channel!r}", known)
     warnings = left_out_effects(rig.effect)
     warnings += [f"implausible: {line}" for line in unlikely_units(rig)]
     evidence = with_effects(evidence, source=source)

@@ -13,6 +13,7 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.bench.build import Built
+from twin.bench.limits import LIMITS as BENCH
 from twin.response import continuation
 from twin.response.continuation import Course
 from twin.response.kernel import drive_slope
@@ -155,7 +156,7 @@ class HarmonicBalance:
             failure = Failure(last_Hz, reason, np.nan, len(states))
         return SolutionBranch(tuple(self._told(states)), failure)
 
-    def multipliers(self, solution: PeriodicSolution, *, rate_Hz: float = LIMITS.internal_rate_Hz) -> Array:
+    def multipliers(self, solution: PeriodicSolution, *, rate_Hz: float = BENCH.internal_rate_Hz) -> Array:
         """Floquet multipliers of a steady state on the bench, largest first.
 
         Parameters

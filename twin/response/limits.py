@@ -10,8 +10,6 @@ class Limits:
     # harmonic_balance.py
     model_rate_Hz: float = 51200.0
     """Selects the modes where no rate is asked for: all that the bench ever keeps."""
-    internal_rate_Hz: float = 11264.0
-    """Of the march whose stability is asked for: the bench's own."""
     balance_tolerance: float = 1e-9
     """Residual over the size of the unknowns, coordinate by coordinate."""
     neutral_multiplier: float = 1e-4

@@ -1,14 +1,7 @@
 """The bolt loses preload while the test runs."""
 
 from twin.causes.joints import JointCause
-from twin.diagnose.cause import (
-    Label,
-    MeasuredData,
-    ModelModification,
-    Parameter,
-    Values,
-    measured_duration_s,
-)
+from twin.diagnose.cause import Label, MeasuredData, ModelModification, Parameter, Values, fall_per_second
 
 
 class PreloadLoss(JointCause):
@@ -20,11 +13,7 @@ class PreloadLoss(JointCause):
 
     def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Relative fall per second."""
-        duration = measured_duration_s(evidence)
-        return (
-            Parameter(name="rate_per_s", scale=0.2 / duration, lower=-0.5 / duration, upper=0.95 / duration, null=0.0,
-                      starts=(0.02 / duration,)),
-        )  # fmt: skip
+        return (fall_per_second(evidence, scale=0.2, least=-0.5, most=0.95, start=0.02),)
 
     def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A drift of the layer's normal modulus."""

@@ -1,6 +1,6 @@
 """The structure warms up while the test runs."""
 
-from twin.diagnose.cause import Cause, Label, MeasuredData, ModelModification, Parameter, Values, measured_duration_s
+from twin.diagnose.cause import Cause, Label, MeasuredData, ModelModification, Parameter, Values, fall_per_second
 
 
 class TemperatureDrift(Cause):
@@ -12,11 +12,7 @@ class TemperatureDrift(Cause):
 
     def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Relative fall per second."""
-        duration = measured_duration_s(evidence)
-        return (
-            Parameter(name="rate_per_s", scale=0.01 / duration, lower=-0.2 / duration, upper=0.2 / duration, null=0.0,
-                      starts=(0.002 / duration,)),
-        )  # fmt: skip
+        return (fall_per_second(evidence, scale=0.01, least=-0.2, most=0.2, start=0.002),)
 
     def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """A drift of all moduli."""

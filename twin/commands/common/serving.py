@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import wraps
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -113,10 +112,6 @@ def serve_source(
 
     check_writable(serving.instruments_out, overwrite=serving.overwrite)
     told_to_stop: list[int] = []
-
-    def stop(number: int, frame: FrameType | None) -> None:
-        told_to_stop.append(number)
-
     first, second = _parse_can_channels(serving.can_channels)
     where = Addresses(can_channels=first, second_can_channels=second, meter=meter, **serving.addresses)
     multiple, parsed_faults = _parse_speed(serving.speed), [parse_fault(fault) for fault in serving.faults]
@@ -126,7 +121,7 @@ def serve_source(
             watchdog_s=serving.watchdog, idle_s=serving.idle, drive_limit_V=serving.drive_limit
         ),
     )  # fmt: skip
-    previous = {number: signal.signal(number, stop) for number in ASKED}
+    previous = {number: signal.signal(number, lambda asked, _: told_to_stop.append(asked)) for number in ASKED}
     previous[signal.SIGUSR1] = signal.signal(signal.SIGUSR1, lambda *_: rig.stop_at_once("signal"))
     try:
         if serving.instruments_out is not None:
