@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from recordings.quantities import is_motion, quantity
-from recordings.run import Channel
+from recordings.run import Channel, Step
 from twin.arrays import Array
 from twin.procedures import Impact, Procedure, ProcedureResult, StepResult, SweptSine
 from twin.rehearsal.bands import band_numbers
@@ -47,6 +47,11 @@ class Caution:
     """How bad the worst step is, comparable within a kind."""
     cases: tuple[Caution, ...] = ()
     """All that it stands for, where it stands for several that differ in sweep and channel."""
+
+    @classmethod
+    def at(cls, worst: StepResult | Step, **told: Any) -> Caution:
+        """About a step as it was measured, or as it was running when a guard ended it."""
+        return cls(sweep=worst.sweep, index=worst.index, **{"frequency_Hz": worst.frequency_Hz, **told})
 
     @property
     def place(self) -> str:

@@ -14,7 +14,7 @@ def check_grid(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Look for steps over which the phase turns farther than allowed, and where the response does not jump."""
     if not isinstance(rehearsal.procedure, SteppedSine):
         return
-    for sweep, steps in rehearsal.sweeps().items():
+    for steps in rehearsal.sweeps().values():
         turns, jumps = phase_steps(rehearsal, steps), jumping_steps(rehearsal, steps)
         coarse = [i for i, turn in enumerate(turns) if turn > LIMITS.turns_allowed_deg and i not in jumps]
         if not coarse:
@@ -24,9 +24,8 @@ def check_grid(rehearsal: Rehearsal) -> Iterator[Caution]:
         width_Hz = 2 * rehearsal.half_width_Hz(here.frequency_Hz)
         gap_Hz = abs(there.frequency_Hz - here.frequency_Hz)
         peaks_Hz = [resonance_between(rehearsal, steps, i) for i in coarse]
-        yield Caution(
-            kind="grid-too-coarse", severity="warning", sweep=sweep, index=there.index,
-            frequency_Hz=there.frequency_Hz, steps=len(coarse), size=turns[worst],
+        yield Caution.at(
+            there, kind="grid-too-coarse", severity="warning", steps=len(coarse), size=turns[worst],
             reason=f"the phase turns by {turns[worst]:.0f} degrees from {here.frequency_Hz:g} to "
             f"{there.frequency_Hz:g} Hz, a step of {gap_Hz:.3g} Hz where the resonance is {width_Hz:.2g} Hz wide: "
             "the peak lies between",

@@ -18,24 +18,23 @@ def check_drop_out(rehearsal: Rehearsal) -> Iterator[Caution]:
     if isinstance(procedure, (SweptSine, Impact)):
         return
     tolerance = procedure.controller.tolerance
-    for sweep, steps in by_sweep(rehearsal.result.steps).items():
+    for steps in by_sweep(rehearsal.result.steps).values():
         off = [step for step in steps if abs(step.amplitude_error) > tolerance + 3 * _uncertainty(step)]
         for low in (True, False):
             if concerned := [step for step in off if (step.amplitude_error < 0) == low]:
-                yield _caution(rehearsal, sweep, concerned)
+                yield _caution(rehearsal, concerned)
 
 
-def _caution(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult]) -> Caution:
+def _caution(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> Caution:
     worst = max(steps, key=lambda step: abs(step.amplitude_error))
     low = worst.amplitude_error < 0
     held = "force" if worst.target_channel == rehearsal.force_channel else "response"
     all_of_it = 0.999 * rehearsal.procedure.limits.voltage
     at_limit = [step for step in steps if step.amplitude_error < 0 and step.voltage_V >= all_of_it]
     why, advice, changes = _remedy(rehearsal, worst, at_limit)
-    return Caution(
-        kind=f"{held}-drop-out" if low else f"{held}-too-high", severity="warning", sweep=sweep, index=worst.index,
-        frequency_Hz=worst.frequency_Hz, steps=len(steps), channel=worst.target_channel,
-        size=abs(worst.amplitude_error),
+    return Caution.at(
+        worst, kind=f"{held}-drop-out" if low else f"{held}-too-high", severity="warning",
+        steps=len(steps), channel=worst.target_channel, size=abs(worst.amplitude_error),
         reason=f"{worst.target_channel} is {worst.amplitude:.4g} instead of {worst.target_amplitude:.4g}, "
         f"{100 * abs(worst.amplitude_error):.2g} % too {'low' if low else 'high'}: {why}",
         advice=advice, changes=changes,

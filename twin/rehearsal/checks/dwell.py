@@ -33,9 +33,8 @@ def check_dwell(rehearsal: Rehearsal) -> Iterator[Caution]:
             f"(it decays with {tau_s:.2g} s): false damping" + _hysteresis(rehearsal, sweep, steps)
         )
         wanted_s = tau_s * math.log(max(min(left[worst], 1.0) / 1e-3, math.e)) + step.settle_s
-        yield Caution(
-            kind="dwell-too-short", severity="warning", sweep=sweep, index=step.index,
-            frequency_Hz=step.frequency_Hz, steps=short, size=left[worst], reason=reason,
+        yield Caution.at(
+            step, kind="dwell-too-short", severity="warning", steps=short, size=left[worst], reason=reason,
             advice=f"let the wait end when the data have settled, about {wanted_s:.2g} s here",
             changes=_changes(procedure, tau_s),
         )  # fmt: skip
@@ -47,8 +46,8 @@ def _repeats(step: StepResult) -> bool:
 
 def _restless(procedure: Multisine, step: StepResult) -> Caution:
     left = "nobody knows how much" if step.remaining is None else _part(step.remaining)
-    return Caution(
-        kind="dwell-too-short", severity="warning", sweep=step.sweep, index=step.index, frequency_Hz=0.0, steps=1,
+    return Caution.at(
+        step, kind="dwell-too-short", severity="warning", frequency_Hz=0.0, steps=1,
         reason=f"after {step.settle_s:.3g} s {left} of the response is still a transient: its periods do not repeat",
         advice="let the wait end when the periods repeat",
         changes=longer_wait(procedure, most_s=float(round(3 * step.settle_s)), tolerance=2e-3),

@@ -9,15 +9,15 @@ from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 def check_internal_resonance(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Say for each sweep where a mode is driven by a harmonic of what moves at another one."""
-    for sweep, steps in rehearsal.sweeps().items():
+    for steps in rehearsal.sweeps().values():
         near = rehearsal.near_resonance(steps)
         met = [found for step, counts in zip(steps, near, strict=True) if counts for found in _met(rehearsal, step)]
         if not met:
             continue
         share, step, name, order, (number, mode_Hz) = max(met, key=lambda found: found[0])
-        yield Caution(
-            kind="internal-resonance", severity="note", channel=name, sweep=sweep, index=step.index,
-            frequency_Hz=step.frequency_Hz, steps=len({id(found[1]) for found in met}), size=share,
+        yield Caution.at(
+            step, kind="internal-resonance", severity="note", channel=name,
+            steps=len({id(found[1]) for found in met}), size=share,
             reason=f"harmonic {order} of {name} is {100 * share:.2g} % of the fundamental: at "
             f"{order * step.frequency_Hz:.4g} Hz it meets mode {number} ({mode_Hz:.4g} Hz)",
             advice="expect resonance curves that no single mode has; lower levels keep the modes apart",

@@ -21,28 +21,27 @@ def check_jumps(rehearsal: Rehearsal) -> Iterator[Caution]:
     """
     if not isinstance(rehearsal.procedure, SteppedSine):
         return
-    for sweep, steps in rehearsal.sweeps().items():
+    for steps in rehearsal.sweeps().values():
         jumps = jumping_steps(rehearsal, steps)
         if jumps:
-            yield _caution(rehearsal, sweep, steps, jumps)
+            yield _caution(rehearsal, steps, jumps)
 
 
 def check_early_ends(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Report the sweeps whose predicted curve stops before their last frequency."""
-    for sweep, steps in rehearsal.sweeps().items():
+    for steps in rehearsal.sweeps().values():
         reason = next(
             (branch["ends_early"] for branch in branches_of(rehearsal, steps) if branch.get("ends_early")), ""
         )
         if reason:
-            yield Caution(
-                kind="branch-ends-early", severity="note", sweep=sweep, index=steps[0].index,
-                frequency_Hz=steps[0].frequency_Hz, steps=len(steps),
+            yield Caution.at(
+                steps[0], kind="branch-ends-early", severity="note", steps=len(steps),
                 reason=f"the predicted branch ends early, at {reason}: folds beyond are not known",
                 advice="look out for jumps that no warning foretells", changes={},
             )  # fmt: skip
 
 
-def _caution(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult], jumps: Sequence[int]) -> Caution:
+def _caution(rehearsal: Rehearsal, steps: Sequence[StepResult], jumps: Sequence[int]) -> Caution:
     turns = phase_steps(rehearsal, steps)
     worst = max(jumps, key=lambda i: turns[i])
     here, there = steps[worst], steps[worst + 1]
@@ -58,9 +57,8 @@ def _caution(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult], jump
         advice += "; and take finer steps " + " and ".join(_stretch(low, high) for low, high in places)
         advice += f", where steps of {_gap_Hz(steps, wide[0]):.3g} Hz hide it"
         changes = {**changes, **finer_grid(rehearsal, places)}
-    return Caution(
-        kind="jump-ahead", severity="warning" if changes else "note", sweep=sweep, index=there.index,
-        frequency_Hz=there.frequency_Hz, steps=len(jumps),
+    return Caution.at(
+        there, kind="jump-ahead", severity="warning" if changes else "note", steps=len(jumps),
         reason=f"the response jumps between {here.frequency_Hz:g} and {there.frequency_Hz:g} Hz: "
         f"{ratio:.2g} times the amplitude, {turns[worst]:.0f} degrees of phase" + _told(folds),
         advice=advice, changes=changes,

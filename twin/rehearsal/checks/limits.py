@@ -15,7 +15,7 @@ FULL, HELD, NEAR, WANTED = 0.9999, 0.99, 0.9, 0.8
 
 def check_overload(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Judge every sweep and channel by the largest sample of its measurements."""
-    for sweep, steps in by_sweep(rehearsal.result.steps).items():
+    for steps in by_sweep(rehearsal.result.steps).values():
         for name, channel in rehearsal.channels.items():
             if channel.range is None:
                 continue
@@ -27,10 +27,9 @@ def check_overload(rehearsal: Rehearsal) -> Iterator[Caution]:
             state = "is on" if full else f"comes to {100 * uses[worst]:.0f} % of"
             # a clipped peak hides how far it would have gone
             factor = WANTED / uses[worst] * (0.6 if full else 1.0)
-            yield Caution(
-                kind="overload", severity="stop" if full else "warning", channel=name, sweep=sweep,
-                index=step.index, frequency_Hz=step.frequency_Hz, steps=sum(use >= NEAR for use in uses),
-                size=uses[worst],
+            yield Caution.at(
+                step, kind="overload", severity="stop" if full else "warning", channel=name,
+                steps=sum(use >= NEAR for use in uses), size=uses[worst],
                 reason=f"{name} {state} its converter's limit of {channel.range:g} {channel.unit}",
                 advice=f"take a wider range for {name}, or less than "
                 f"{step.target_amplitude * factor:.3g} as amplitude",
@@ -44,7 +43,7 @@ def check_drive(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Judge every sweep by the step that comes nearest to each limit of the rig's drive."""
     for name, limit in rehearsal.nominal.drive_limits.items():
         unit = rehearsal.channels[name].unit
-        for sweep, steps in by_sweep(rehearsal.result.steps).items():
+        for steps in by_sweep(rehearsal.result.steps).values():
             worst = max(steps, key=lambda step: step.peak.get(name, 0.0))
             use = worst.peak.get(name, 0.0) / limit
             if use < NEAR:
@@ -54,9 +53,8 @@ def check_drive(rehearsal: Rehearsal) -> Iterator[Caution]:
             state = f"{'is held at' if held else f'comes to {100 * use:.0f} % of'} {whose} {limit:g} {unit}"
             # what was cut off hides how much would have been needed
             wanted = worst.target_amplitude * WANTED / use * (0.8 if held else 1.0)
-            yield Caution(
-                kind="limit-reached", severity="warning", channel=name, sweep=sweep, index=worst.index,
-                frequency_Hz=worst.frequency_Hz,
+            yield Caution.at(
+                worst, kind="limit-reached", severity="warning", channel=name,
                 steps=sum(step.peak.get(name, 0.0) >= NEAR * limit for step in steps), size=use,
                 reason=f"{name} {state}" + (", which distorts the force" if held and name != "stroke" else ""),
                 advice=f"an amplitude of {wanted:.3g} leaves it in hand",
@@ -78,9 +76,8 @@ def check_limits(rehearsal: Rehearsal) -> Iterator[Caution]:
         worst = max(near, key=lambda step: step.peak[name])
         target = worst.target_amplitude
         wanted = target * WANTED * limit / worst.peak[name]
-        yield Caution(
-            kind="limit-reached", severity="warning", channel=name, sweep=worst.sweep, index=worst.index,
-            frequency_Hz=worst.frequency_Hz, steps=len(near),
+        yield Caution.at(
+            worst, kind="limit-reached", severity="warning", channel=name, steps=len(near),
             reason=f"{name} comes to {100 * worst.peak[name] / limit:.0f} % of its limit of {limit:g}",
             advice=f"an amplitude of {wanted:.3g} leaves a fifth in hand",
             changes=amplitudes_at_most(rehearsal.procedure, target, wanted),
@@ -100,9 +97,8 @@ def _tripped(rehearsal: Rehearsal, channel: str, detail: str) -> Caution:
         peak = max(step.peak.get(channel, 0.0) for step in last)
         grown = last[0].target_amplitude * WANTED * limit / max(peak, 1e-300)
         wanted = min(max(grown, last[0].target_amplitude), 0.9 * target)
-    return Caution(
-        kind="limit-reached", severity="stop", channel=channel, sweep=stopped.sweep, index=stopped.index,
-        frequency_Hz=stopped.frequency_Hz, steps=1,
+    return Caution.at(
+        stopped, kind="limit-reached", severity="stop", channel=channel, steps=1,
         reason=f"the guard ended the run: {detail}",
         advice=f"go no higher than {wanted:.3g}, or raise the limit of {channel} if the rig bears it",
         changes=amplitudes_at_most(rehearsal.procedure, target, wanted),

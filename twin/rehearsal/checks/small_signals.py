@@ -14,7 +14,7 @@ from twin.rehearsal.rehearsal import Caution, Rehearsal
 def check_noise(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Judge each sweep and channel by the steps whose phasor is not known well enough."""
     procedure = rehearsal.procedure
-    for sweep, steps in rehearsal.sweeps().items():
+    for steps in rehearsal.sweeps().values():
         for name in rehearsal.channels:
             errors = [_relative(step, name) for step in steps]
             noisy = _concerned(rehearsal, steps, [error > LIMITS.noise_allowed for error in errors])
@@ -26,9 +26,8 @@ def check_noise(rehearsal: Rehearsal) -> Iterator[Caution]:
             changes: dict[str, object] = {}
             if isinstance(procedure, SteppedSine):
                 changes = {"measure": {"seconds": float(f"{step.measure_s * longer:.2g}")}}
-            yield Caution(
-                kind="noise-floor", severity="warning", channel=name, sweep=sweep, index=step.index,
-                frequency_Hz=step.frequency_Hz, steps=len(noisy), size=errors[worst],
+            yield Caution.at(
+                step, kind="noise-floor", severity="warning", channel=name, steps=len(noisy), size=errors[worst],
                 reason=f"the noise of {name} leaves {100 * errors[worst]:.2g} % uncertainty in one step",
                 advice=f"measure {longer:.2g} times as long ({step.measure_s * longer:.2g} s), or drive harder",
                 changes=changes,
@@ -39,7 +38,7 @@ def check_quantisation(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Judge each sweep and channel by how many steps of the converter its sine has."""
     if rehearsal.nominal.bits is None:
         return
-    for sweep, steps in rehearsal.sweeps().items():
+    for steps in rehearsal.sweeps().values():
         for name, channel in rehearsal.channels.items():
             if channel.range is None or not any(name in step.phasors for step in steps):
                 continue  # not a sensor's, or nothing fitted
@@ -51,9 +50,8 @@ def check_quantisation(rehearsal: Rehearsal) -> Iterator[Caution]:
             worst = min(few, key=lambda i: sizes[i])
             step = steps[worst]
             lowest = step.target_amplitude * 1.2 * LIMITS.quantisation_fewest / max(sizes[worst], 1e-3)
-            yield Caution(
-                kind="quantisation", severity="warning", channel=name, sweep=sweep, index=step.index,
-                frequency_Hz=step.frequency_Hz, steps=len(few),
+            yield Caution.at(
+                step, kind="quantisation", severity="warning", channel=name, steps=len(few),
                 size=LIMITS.quantisation_fewest / max(sizes[worst], 1e-3),
                 reason=f"the sine of {name} is {sizes[worst]:.2g} converter steps of {step_size:.2g} "
                 f"{channel.unit} high: {rehearsal.nominal.bits} bits over a range of {channel.range:g} "

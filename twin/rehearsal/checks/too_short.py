@@ -30,9 +30,8 @@ def check_length(rehearsal: Rehearsal) -> Iterator[Caution]:
     width_Hz = 2 * ratio * frequency_Hz
     needed_s = float(math.ceil(LIMITS.too_short_wanted / width_Hz))
     step = rehearsal.result.steps[0]
-    yield Caution(
-        kind="too-short", severity="warning", sweep=step.sweep, index=step.index, frequency_Hz=frequency_Hz,
-        steps=1, size=1 / count,
+    yield Caution.at(
+        step, kind="too-short", severity="warning", frequency_Hz=frequency_Hz, steps=1, size=1 / count,
         reason=f"{procedure.duration:g} s of noise make {count:.2g} averages at the resolution that the mode at "
         f"{frequency_Hz:.4g} Hz asks for, its width of {width_Hz:.2g} Hz: its damping cannot be told",
         advice=f"record {needed_s:g} s", changes={"duration": needed_s},
@@ -52,9 +51,8 @@ def check_sweep_rate(rehearsal: Rehearsal) -> Iterator[Caution]:
         if procedure.rate <= fastest:
             continue
         rate = float(f"{LIMITS.sweep_rate_wanted * fastest:.2g}")
-        yield Caution(
-            kind="sweep-too-fast", severity="warning", sweep=step.sweep, index=step.index,
-            frequency_Hz=step.peak_frequency_Hz, steps=1,
+        yield Caution.at(
+            step, kind="sweep-too-fast", severity="warning", frequency_Hz=step.peak_frequency_Hz, steps=1,
             reason=f"{procedure.rate:g} Hz/s passes the resonance near {step.peak_frequency_Hz:.4g} Hz, which is "
             f"{2 * half_Hz:.2g} Hz wide, before it has built up: a low, wide and late peak, false damping",
             advice=f"sweep at {rate:g} Hz/s or slower, over a narrower range if that takes too long; or step",
@@ -73,9 +71,9 @@ def _check_records(rehearsal: Rehearsal, procedure: Impact) -> Iterator[Caution]
         return
     needed_s = round(procedure.pre_trigger - math.log(LIMITS.wanted_of_a_hit) / rate_per_s, 1)
     step = rehearsal.result.steps[0]
-    yield Caution(
-        kind="too-short", severity="warning", sweep=step.sweep, index=step.index, frequency_Hz=frequency_Hz,
-        steps=len(rehearsal.result.steps), size=left,
+    yield Caution.at(
+        step, kind="too-short", severity="warning", frequency_Hz=frequency_Hz, steps=len(rehearsal.result.steps),
+        size=left,
         reason=f"a record of {procedure.record:g} s ends when the mode at {frequency_Hz:.4g} Hz has decayed to "
         f"{left:.2g} only: it takes an exponential window that adds about as much damping as the mode has, or more",
         advice=f"record {needed_s:g} s", changes={"record": needed_s},
