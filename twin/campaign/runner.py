@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 from recordings.errors import InputError
@@ -101,14 +101,10 @@ def _write(result: CaseResult, folder: Path) -> None:
         part.write_text(json.dumps(result.to_dict(), indent=1, default=float) + "\n", encoding="utf-8")
 
 
-@contextmanager
-def _executor(workers: int | str | None, most: int) -> Iterator[Executor]:
+def _executor(workers: int | str | None, most: int) -> AbstractContextManager[Executor]:
     if isinstance(workers, str):
-        with _dask(workers) as executor:
-            yield executor
-        return
-    with spawned_processes(min(workers or os.cpu_count() or 1, most)) as executor:
-        yield executor
+        return _dask(workers)
+    return spawned_processes(min(workers or os.cpu_count() or 1, most))
 
 
 @contextmanager

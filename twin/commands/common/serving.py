@@ -6,6 +6,7 @@ import json
 import math
 import signal
 from collections.abc import Callable, Mapping
+from contextlib import closing
 from dataclasses import dataclass, fields
 from functools import wraps
 from pathlib import Path
@@ -17,7 +18,7 @@ from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
 from twin.commands.common.options import FiniteRange, overwrite_option
 from twin.commands.common.output import say
-from twin.commands.common.stopping import ASKED
+from twin.commands.common.stopping import ASKED, handling
 
 if TYPE_CHECKING:
     from recordings.streams import SampleSource, SlowSource
@@ -121,9 +122,8 @@ def serve_source(
             watchdog_s=serving.watchdog, idle_s=serving.idle, drive_limit_V=serving.drive_limit
         ),
     )  # fmt: skip
-    previous = {number: signal.signal(number, lambda asked, _: told_to_stop.append(asked)) for number in ASKED}
-    previous[signal.SIGUSR1] = signal.signal(signal.SIGUSR1, lambda *_: rig.stop_at_once("signal"))
-    try:
+    handlers: dict[signal.Signals, Any] = dict.fromkeys(ASKED, lambda asked, _: told_to_stop.append(asked))
+    with handling({**handlers, signal.SIGUSR1: lambda *_: rig.stop_at_once("signal")}), closing(rig):
         if serving.instruments_out is not None:
             with whole_file(serving.instruments_out) as part:
                 part.write_text(rig.instruments_toml, encoding="utf-8")
@@ -136,10 +136,6 @@ def serve_source(
             lambda: bool(told_to_stop),
             on_failure=lambda reason: say(f"twin: the rig has stopped: {reason}; the instruments stay"),
         )
-    finally:
-        rig.close()
-        for number, handler in previous.items():
-            signal.signal(number, handler)
     if slips:
         say(f"this machine was too slow for the wanted speed, {slips} time(s) by more than a second")
 

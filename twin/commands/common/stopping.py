@@ -3,20 +3,27 @@
 import ctypes
 import os
 import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from typing import Any
 
 ASKED = (signal.SIGINT, signal.SIGTERM)
 
 
 @contextmanager
-def terminable() -> Iterator[None]:
-    """SIGTERM ends the block as Ctrl-C does, by a KeyboardInterrupt."""
-    usual = signal.signal(signal.SIGTERM, signal.default_int_handler)
+def handling(handlers: Mapping[signal.Signals, Any]) -> Iterator[None]:
+    """Within the block these signals are handled so, and behind it as before."""
+    usual = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, usual)
+        for number, handler in usual.items():
+            signal.signal(number, handler)
+
+
+def terminable() -> AbstractContextManager[None]:
+    """SIGTERM ends the block as Ctrl-C does, by a KeyboardInterrupt."""
+    return handling({signal.SIGTERM: signal.default_int_handler})
 
 
 def end_with_parent(parent: int) -> None:
@@ -26,12 +33,6 @@ def end_with_parent(parent: int) -> None:
         os.kill(os.getpid(), signal.SIGTERM)
 
 
-@contextmanager
-def deaf() -> Iterator[None]:
+def deaf() -> AbstractContextManager[None]:
     """Processes that are started within the block hear neither: they are told to end in another way."""
-    usual = {number: signal.signal(number, signal.SIG_IGN) for number in ASKED}
-    try:
-        yield
-    finally:
-        for number, handler in usual.items():
-            signal.signal(number, handler)
+    return handling(dict.fromkeys(ASKED, signal.SIG_IGN))
