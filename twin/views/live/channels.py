@@ -8,7 +8,7 @@ import numpy as np
 import rerun as rr
 
 from recordings.run import Channel, SampleBlock
-from twin.views.plot import Axis
+from twin.views.plot import Axis, PlotCurve
 from twin.views.rerun.chart import Chart
 from twin.views.style import INK, level_colour
 
@@ -53,7 +53,7 @@ class RangeUse:
             for what, percent, width in (("now", now, 14.0), ("most", most, 3.0)):
                 right = min(max(percent, LEAST_percent), MOST_percent)
                 bar = np.array([LEAST_percent, right]), np.full(2, height)
-                self.chart.line(f"{name}/{what}", *bar, _colour(percent), width=width, legend=False)
+                self.chart.draw(PlotCurve(f"{name}/{what}", *bar, _colour(percent), size=width))
             self.chart.label(f"{name}/text", LEAST_percent, height + 0.5, f"{name}: {now:.3g} %, {most:.3g} %", INK)
             self._now[name] = 0.7 * now  # the eye follows a bar's fall no faster
 
@@ -124,7 +124,7 @@ class LiveSpectrum:
         lines = 2 * np.abs(np.fft.rfft((values - values.mean()) * window)) / max(window.sum(), 1e-12)
         frequency = np.fft.rfftfreq(len(values), 1 / blocks[-1].sample_rate_Hz)
         x, y = _highest_of_each(frequency, lines / self._range[name])
-        self.chart.line(name, x, y, level_colour(list(self._range).index(name)), width=1.5, legend=False)
+        self.chart.draw(PlotCurve(name, x, y, level_colour(list(self._range).index(name)), size=1.5))
 
 
 def _highest_of_each(frequency: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

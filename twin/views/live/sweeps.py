@@ -9,7 +9,7 @@ from recordings.run import Channel
 from twin.procedures import Dwell, Procedure, RingDown, SteppedSine, StepResult
 from twin.procedures.grid import fixed_frequencies
 from twin.views.live.about import LiveAbout
-from twin.views.plot import Axis, common_range
+from twin.views.plot import Axis, PlotCurve, common_range
 from twin.views.receptance import branch_curves, per_force, per_force_label, reading_label
 from twin.views.rerun.chart import Chart
 from twin.views.style import INK, level_colour, unit_text
@@ -106,7 +106,7 @@ class SweepChart:
             legend_rows=2,
         )
         for i, (level, x, y) in enumerate(self._branches):
-            chart.line(f"branches/{i}", x, y, self._colour(level), width=1.5, dashed=True, legend=False)
+            chart.draw(PlotCurve(f"branches/{i}", x, y, self._colour(level), "dashed", 1.5))
         if self._branches:
             chart.tell("predicted", INK, "dashed")
         for name in self._sweeps:
@@ -117,8 +117,8 @@ class SweepChart:
     def _draw(self, name: str) -> None:
         sweep, chart = self._sweeps[name], self.chart
         x, y, colour = np.array(sweep.x), np.array(sweep.y), self._colour(sweep.level)
-        chart.line(f"{name}/line", x, y, colour, width=1.0, legend=False)
-        chart.points(f"{name}/steps", x, y, colour, size=3.5, legend=False)
+        chart.draw(PlotCurve(f"{name}/line", x, y, colour, size=1.0))
+        chart.draw(PlotCurve(f"{name}/steps", x, y, colour, "point", 3.5))
         chart.tell(name, colour, "point")
 
     def _colour(self, level: str) -> str:
@@ -167,9 +167,9 @@ class HarmonicsChart:
             legend_rows=1,
         )
         for i, number in enumerate(NUMBERS):
-            y = np.clip([row[i] for row in self._dB], LOWEST_dB, HIGHEST_dB)
-            chart.line(f"{number}/line", np.array(self._x), y, level_colour(i), width=1.5, legend=False)
-            chart.points(f"{number}/steps", np.array(self._x), y, level_colour(i), legend=False)
+            x, y = np.array(self._x), np.clip([row[i] for row in self._dB], LOWEST_dB, HIGHEST_dB)
+            chart.draw(PlotCurve(f"{number}/line", x, y, level_colour(i), size=1.5))
+            chart.draw(PlotCurve(f"{number}/steps", x, y, level_colour(i), "point", 3.0))
             chart.tell(f"harmonic {number}", level_colour(i), "line")
         chart.close()
 

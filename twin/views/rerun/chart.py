@@ -16,7 +16,7 @@ import rerun.blueprint as rrb
 
 from recordings.errors import printable
 from twin.arrays import Array
-from twin.views.plot import Axis, Plot
+from twin.views.plot import Axis, Plot, PlotCurve
 from twin.views.rerun.rrd import entity
 from twin.views.style import INK, NOISE, on_dark, tick_text, ticks
 
@@ -70,34 +70,22 @@ class Chart:
             origin=entity(self.path), name=printable(self.title), background=list(PAPER), visual_bounds=bounds
         )
 
-    def line(
-        self,
-        name: str,
-        x: Array,
-        y: Array,
-        colour: str,
-        *,
-        width: float = 2.0,
-        dashed: bool = False,
-        legend: bool = True,
-    ) -> None:
-        """A curve; NaN breaks it.  `name` is its entity's, and the legend's unless that is told apart."""
-        strips = self._strips(x, y)
-        if dashed:
-            strips = [dash for strip in strips for dash in _dashes(strip)]
-        if strips:
-            self._log(name, rr.LineStrips2D(strips, colors=[on_dark(colour)], radii=rr.Radius.ui_points(width / 2)))
-            if legend:
-                self.tell(name, colour, "dashed" if dashed else "line")
-
-    def points(self, name: str, x: Array, y: Array, colour: str, *, size: float = 3.0, legend: bool = True) -> None:
-        """Markers at finite values."""
-        at = self._place(np.asarray(x, float), np.asarray(y, float))
-        at = at[np.isfinite(at).all(axis=1)]
-        if len(at):
-            self._log(name, rr.Points2D(at, colors=[on_dark(colour)], radii=rr.Radius.ui_points(size), draw_order=40))
-            if legend:
-                self.tell(name, colour, "point")
+    def draw(self, curve: PlotCurve) -> None:
+        """A curve, broken where it is NaN, or markers; its `name` is the entity's, whether the legend has it or not."""
+        colours = [on_dark(curve.colour)]
+        if curve.kind == "point":
+            at = self._place(curve.x, curve.y)
+            drawn = list(at[np.isfinite(at).all(axis=1)])
+            shape: Any = rr.Points2D(drawn, colors=colours, radii=rr.Radius.ui_points(curve.size), draw_order=40)
+        else:
+            drawn = self._strips(curve.x, curve.y)
+            if curve.kind == "dashed":
+                drawn = [dash for strip in drawn for dash in _dashes(strip)]
+            shape = rr.LineStrips2D(drawn, colors=colours, radii=rr.Radius.ui_points(curve.size / 2))
+        if drawn:
+            self._log(curve.name, shape)
+            if curve.legend:
+                self.tell(curve.name, curve.colour, curve.kind)
 
     def label(self, name: str, x: float, y: float, text: str, colour: str) -> None:
         """Text that begins about at a place; labels are centred, so the longer the farther to the right."""
@@ -181,17 +169,13 @@ def draw_chart(recording: rr.RecordingStream, path: str, plot: Plot, **options: 
     """A plot as a chart, with thin lines at one standard deviation; `options` are the :class:`Chart`'s."""
     chart = Chart(recording, path, plot.title, plot.x, plot.y, **options)
     for curve in plot.curves:
-        name, x, y, colour = curve.name, curve.x, curve.y, curve.colour
-        if curve.kind == "point":
-            chart.points(name, x, y, colour, size=curve.size, legend=curve.legend)
-        else:
-            chart.line(name, x, y, colour, width=curve.size, dashed=curve.kind == "dashed", legend=curve.legend)
+        chart.draw(curve)
         if curve.std is not None:
-            for what, end in (("upper", y + curve.std), ("lower", y - curve.std)):
-                chart.line(f"{name}/{what}", x, end, colour, width=0.8, legend=False)
+            for what, end in (("upper", curve.y + curve.std), ("lower", curve.y - curve.std)):
+                chart.draw(PlotCurve(f"{curve.name}/{what}", curve.x, end, curve.colour, size=0.8))
             chart.tell("thin: one standard deviation", INK, "line")
     for i, place in enumerate(end for ends in plot.unmeasured for end in ends if end not in plot.x.ends):
-        chart.line(f"reach/{i}", np.full(2, place), np.array(plot.y.ends), NOISE, width=1, dashed=True, legend=False)
+        chart.draw(PlotCurve(f"reach/{i}", np.full(2, place), np.array(plot.y.ends), NOISE, "dashed", 1.0))
         chart.tell("how far data reach", NOISE, "dashed")
     for entry in plot.told:
         chart.tell(*entry)

@@ -75,19 +75,19 @@ def draw_residuals(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.S
     )
     for i, (channel, order) in enumerate(rows):
         top = len(rows) - i
-        chart.line(f"rows/{i}", np.array(chart.x.ends), np.full(2, top - 1.0), FAINT, width=0.5, legend=False)
+        chart.draw(PlotCurve(f"rows/{i}", np.array(chart.x.ends), np.full(2, top - 1.0), FAINT, size=0.5))
         chart.label(f"names/{i}", chart.x.ends[0], top - 0.02, f"{channel}, harmonic {order}", INK)
         for k, sweep in enumerate(sweeps):
             if (channel, order, sweep) in table:
                 before, after = np.maximum(table[channel, order, sweep], LEAST)
                 height = top - (k + 1) / (len(sweeps) + 1)
                 at, colour, name = np.array([before, after]), level_colour(k), f"{i}/{k}"
-                chart.line(f"{name}/way", at, np.full(2, height), colour, width=1.0, legend=False)
-                chart.points(f"{name}/before", at[:1], np.full(1, height), colour, size=2.0, legend=False)
-                chart.points(f"{name}/after", at[1:], np.full(1, height), colour, size=5.0, legend=False)
+                chart.draw(PlotCurve(f"{name}/way", at, np.full(2, height), colour, size=1.0))
+                chart.draw(PlotCurve(f"{name}/before", at[:1], np.full(1, height), colour, "point", 2.0))
+                chart.draw(PlotCurve(f"{name}/after", at[1:], np.full(1, height), colour, "point", 5.0))
     for k, sweep in enumerate(sweeps):
         chart.tell(sweep, level_colour(k), "point")
-    chart.line("noise", np.ones(2), np.array(chart.y.ends), INK, width=1, legend=False)
+    chart.draw(PlotCurve("noise", np.ones(2), np.array(chart.y.ends), INK, size=1.0))
     chart.tell("the noise", INK, "line")
     return chart.close()
 

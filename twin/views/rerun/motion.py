@@ -106,8 +106,8 @@ def animate_joint(recording: rr.RecordingStream, motion: Motion, joint: JointMot
         width=1600.0,
         text=1.8,
     )
-    chart.line("first", x, np.zeros(len(x)), INK, width=4, legend=False)
-    chart.line("rest", x, np.ones(len(x)), "#5f5f5f", width=1, dashed=True, legend=False)
+    chart.draw(PlotCurve("first", x, np.zeros(len(x)), INK, size=4.0))
+    chart.draw(PlotCurve("rest", x, np.ones(len(x)), "#5f5f5f", "dashed", 1.0))
     chart.tell("opens", OPEN, "line")
     chart.tell("is pressed", PRESSED, "line")
     for time_s, turned in cycle():
