@@ -8,10 +8,9 @@ from recordings.run import Run
 from twin.checks.finding import Finding
 from twin.checks.thresholds import PLACE_m
 from twin.rigs import Rig, nearest_preload, recorded_preload
+from twin.rigs.limits import LIMITS
 
 DAY_s = 86400.0
-NEAR = 0.05
-"""Share of a preload within which a meter's reading is its name's."""
 
 
 def look_at_metadata(run: Run, rig: Rig, *, preload: str | None) -> list[Finding]:
@@ -91,7 +90,7 @@ def _preload(run: Run, rig: Rig, preload: str | None) -> list[Finding]:
     """Where another preload was asked for than was recorded; one that the rig has not is told with the answer."""
     recorded = recorded_preload(run.info)
     nearest, departure = nearest_preload(rig, run.info)
-    if preload is None or recorded is None or nearest == preload or abs(departure) > NEAR:
+    if preload is None or recorded is None or nearest == preload or abs(departure) > LIMITS.preloads_near:
         return []
     found = f"the file says {recorded[0]:g} {recorded[1]}"
     return [Finding(run.path, "", "preload", f"{preload}, as was asked for", found, "told")]

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from twin.procedures.kinds import Impact, Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
-from twin.procedures.tables import Grid
+from twin.procedures.tables import Grid, ways
 
 
 def fixed_frequencies(procedure: SteppedSine) -> list[float]:
@@ -32,12 +32,12 @@ def planned_steps(procedure: Procedure) -> int:
         return 1
     if isinstance(procedure, Impact):
         return procedure.hits * len(procedure.places)
-    ways = 2 if procedure.direction == "both" else 1
+    sweeps = len(ways(procedure.direction))
     if isinstance(procedure, SweptSine):
-        return ways * len(procedure.voltages)
+        return sweeps * len(procedure.voltages)
     frequencies = len(fixed_frequencies(procedure)) if isinstance(procedure, SteppedSine) else 1
     decays = 2 if isinstance(procedure, RingDown) else 1
-    return ways * decays * len(procedure.amplitudes) * frequencies
+    return sweeps * decays * len(procedure.amplitudes) * frequencies
 
 
 def step_frequencies(

@@ -10,6 +10,7 @@ from recordings.toml_input import Name, Table
 from twin.procedures.tables import (
     MOST_STEPS,
     Controller,
+    Direction,
     Duration,
     Frequency,
     Grid,
@@ -19,6 +20,7 @@ from twin.procedures.tables import (
     Phase,
     Point,
     Settle,
+    check_range,
 )
 
 
@@ -48,7 +50,7 @@ class _Sine(_Common):
 
     sample_rate: Annotated[float, Field(ge=1, le=1e7)] = 2048.0
     amplitudes: list[Positive] = Field(min_length=1, max_length=1000)
-    direction: Literal["up", "down", "both"] = "up"
+    direction: Direction = "up"
     control: Literal["force", "response", "voltage", "phase-resonance"] = "force"
     settle: Settle = Settle()
     measure: Measure = Measure(seconds=2.0)
@@ -178,14 +180,11 @@ class SweptSine(_Common):
     stop: Frequency
     rate: Positive
     voltages: list[Positive] = Field(min_length=1, max_length=1000)
-    direction: Literal["up", "down", "both"] = "up"
+    direction: Direction = "up"
 
     @model_validator(mode="after")
     def _range(self) -> Self:
-        if self.stop <= self.start:
-            raise ValueError(
-                f"stop {self.stop:g} must lie above start {self.start:g}; 'direction' says which way to go"
-            )
+        check_range(self.start, self.stop)
         self._check_rate(self.stop)
         return self
 

@@ -1,7 +1,6 @@
 """Stepped sines, ladders, backbones, dwells and ring-downs: which steps they take, in which order."""
 
 import math
-from collections.abc import Iterator
 
 from recordings.run import StepState
 from recordings.streams import Excitation
@@ -14,6 +13,7 @@ from twin.procedures.steps.amplitude import AmplitudeControl, FastHold, SlowHold
 from twin.procedures.steps.phase import PhaseLock, resonance_phase
 from twin.procedures.steps.sine_step import run_sine_step
 from twin.procedures.steps.wait import SineStep
+from twin.procedures.tables import ways
 
 TIME_CONSTANT_CYCLES = 1 / (2 * math.pi * LIMITS.usual_damping_ratio)
 """Of a free decay, in cycles: what response and phase control assume."""
@@ -44,14 +44,15 @@ class _Runner:
     def frequency_sweeps(self, procedure: SteppedSine) -> None:
         """One sweep over the frequencies for each amplitude and direction."""
         for amplitude in procedure.amplitudes:
-            for upwards in self._directions():
-                sweep = f"{amplitude:g}{self._unit}-{_way(upwards)}"
+            for way in ways(procedure.direction):
+                sweep = f"{amplitude:g}{self._unit}-{way}"
                 results: list[StepResult] = []
 
                 def responses(results: list[StepResult] = results) -> list[tuple[float, complex]]:
                     return [(result.frequency_Hz, self._response(result)) for result in results]
 
-                for index, frequency in enumerate(step_frequencies(procedure, upwards=upwards, responses=responses)):
+                frequencies = step_frequencies(procedure, upwards=way == "up", responses=responses)
+                for index, frequency in enumerate(frequencies):
                     results.append(self._step(sweep, index, frequency, amplitude))
                 self._session.end(StepState.DONE)
 
@@ -61,30 +62,24 @@ class _Runner:
         frequencies = fixed_frequencies(procedure) if isinstance(procedure, SteppedSine) else [procedure.frequency]
         for frequency in frequencies:
             start = frequency
-            for upwards in self._directions():
+            for way in ways(procedure.direction):
                 index = 0
-                for amplitude in sorted(procedure.amplitudes, reverse=not upwards):
-                    result = self._step(self._name(frequency, upwards), index, start, amplitude)
+                for amplitude in sorted(procedure.amplitudes, reverse=way == "down"):
+                    result = self._step(self._name(frequency, way), index, start, amplitude)
                     if procedure.control == "phase-resonance":
                         start = result.frequency_Hz
                     index += 1
                     if isinstance(procedure, RingDown):
-                        self._ring_down(procedure, self._name(frequency, upwards), index)
+                        self._ring_down(procedure, self._name(frequency, way), index)
                         index += 1
                 self._session.end(StepState.DONE)
 
-    def _name(self, frequency_Hz: float, upwards: bool) -> str:
+    def _name(self, frequency_Hz: float, way: str) -> str:
         kind: str = self._procedure.procedure
         if self._procedure.control == "phase-resonance":
             kind = "phase-resonance"
         prefix = "" if kind == "stepped-sine" else f"{kind}-"
-        return f"{prefix}{frequency_Hz:g}Hz-{_way(upwards)}"
-
-    def _directions(self) -> Iterator[bool]:
-        if self._procedure.direction != "down":
-            yield True
-        if self._procedure.direction != "up":
-            yield False
+        return f"{prefix}{frequency_Hz:g}Hz-{way}"
 
     def _step(self, sweep: str, index: int, frequency_Hz: float, amplitude: float) -> StepResult:
         procedure = self._procedure
@@ -166,7 +161,3 @@ class _Runner:
             ),
             end_ns,
         )  # fmt: skip
-
-
-def _way(upwards: bool) -> str:
-    return "up" if upwards else "down"

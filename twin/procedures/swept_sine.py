@@ -8,6 +8,7 @@ from twin.procedures.kinds import SweptSine
 from twin.procedures.results import StepResult
 from twin.procedures.session import Session, StepPlace
 from twin.procedures.stretch import Passing, Size, finish
+from twin.procedures.tables import ways
 
 
 def run_swept_sine(procedure: SweptSine, session: Session) -> None:
@@ -15,10 +16,9 @@ def run_swept_sine(procedure: SweptSine, session: Session) -> None:
 
     Each sweep is one step of frequency 0 in the recording, as all excitation that is not one sine.
     """
-    ways = {"up": ["up"], "down": ["down"], "both": ["up", "down"]}[procedure.direction]
     duration_s = (procedure.stop - procedure.start) / procedure.rate
     for voltage_V in procedure.voltages:
-        for way in ways:
+        for way in ways(procedure.direction):
             place = StepPlace(
                 sweep=f"{voltage_V:g}V-{way}", index=0, target_channel="voltage", target_amplitude=voltage_V
             )

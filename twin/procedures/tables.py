@@ -11,7 +11,20 @@ from recordings.toml_input import Name, Table
 Frequency = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
 Duration = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
 
+Direction = Literal["up", "down", "both"]
+
 MOST_STEPS = 20_000
+
+
+def ways(direction: Direction) -> tuple[str, ...]:
+    """The ways that sweeps go, one after the other."""
+    return ("up", "down") if direction == "both" else (direction,)
+
+
+def check_range(start: float, stop: float) -> None:
+    """ValueError if a sweep's frequencies do not rise."""
+    if stop <= start:
+        raise ValueError(f"stop {stop:g} must lie above start {start:g}; 'direction' says which way to go")
 
 
 class Grid(Table):
@@ -31,10 +44,7 @@ class Grid(Table):
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        if self.stop <= self.start:
-            raise ValueError(
-                f"stop {self.stop:g} must lie above start {self.start:g}; 'direction' says which way to go"
-            )
+        check_range(self.start, self.stop)
         wanted, other = ("count", "step") if self.kind == "logarithmic" else ("step", "count")
         if getattr(self, wanted) is None:
             raise ValueError(f"a {self.kind} grid needs '{wanted}'")
