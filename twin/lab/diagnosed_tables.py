@@ -20,7 +20,7 @@ from twin.views.drawing import draw_band, dressed, legend, panels
 from twin.views.figures import bars, error_bars
 from twin.views.page import LEFT_OUT, Page, Picture, Section
 from twin.views.reports.answer import causes_table
-from twin.views.reports.diagnosis import ACCENT, causes_section, excluded_section
+from twin.views.reports.diagnosis import ACCENT, WITHIN_MODEL, causes_section, excluded_section
 from twin.views.style import AFTER, BEFORE, MEASURED
 from twin.views.table import Table
 
@@ -90,11 +90,7 @@ class DiagnosedTables(DiagnosedModel):
         if self._frequencies:
             yield Section(title="What was identified", tables=[self._moduli()])
         yield Section(title="What was assumed", items=found.assumed)
-        uncertain = (
-            "Standard deviations hold within the model; an effect that is on no list can move the values by more than "
-            "they say."
-        )
-        yield Section(title="What is uncertain, and what else was seen", items=[*found.notes, uncertain])
+        yield Section(title="What is uncertain, and what else was seen", items=[*found.notes, WITHIN_MODEL])
 
     def _gain(self) -> Section | None:
         gain, of_sweeps = self.diagnosis.gain, self.diagnosis.kind == "sweeps"

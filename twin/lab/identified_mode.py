@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from twin.identify.backbones.modal_table import identify_sweep_table
+from twin.identify.rms import rms
 from twin.lab.model_result import IdentifiedModel
 from twin.rigs.modal import ModalLaw, ModalRig
 from twin.views.drawing import draw_band, dressed, legend, panels
@@ -40,7 +41,7 @@ class IdentifiedMode(IdentifiedModel):
             f"ratio from {law.damping_ratio[0]:.3g} to {law.damping_ratio[-1]:.3g} over the amplitudes measured"
         )
         if inner:
-            error = 100 * float(np.sqrt(np.mean(np.square(inner))))
+            error = 100 * rms(inner)
             told += f"; a level that was left out is predicted to {error:.2g} % of its force"
         if shifted:
             told += f", except sweep {', '.join(shifted)}, which was shifted as a whole"

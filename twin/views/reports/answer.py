@@ -8,6 +8,7 @@ from twin.diagnose.answer.comparison import SweepComparison
 from twin.diagnose.answer.exclusion import Exclusion
 from twin.diagnose.answer.result import Estimate, Gain, NamedCause
 from twin.diagnose.selection.search import Stage
+from twin.identify.rms import rms
 from twin.views.table import Table
 
 
@@ -53,14 +54,9 @@ def frequencies_table(
 def residual_rows(sweeps: Sequence[SweepComparison]) -> list[tuple[str, str, float, float]]:
     """Sweep, channel, and the root-mean-square residual in standard deviations before and after."""
     return [
-        (
-            comparison.sweep,
-            channel,
-            float(np.sqrt(np.mean(comparison.residual_before[:, i] ** 2))),
-            float(np.sqrt(np.mean(comparison.residual_after[:, i] ** 2))),
-        )
-        for comparison in sweeps
-        for i, channel in enumerate(comparison.channels)
+        (sweep.sweep, channel, rms(sweep.residual_before[:, i]), rms(sweep.residual_after[:, i]))
+        for sweep in sweeps
+        for i, channel in enumerate(sweep.channels)
     ]
 
 

@@ -32,6 +32,9 @@ from twin.views.reports.where import where_section
 from twin.views.style import AFTER, BEFORE, CAUTION
 
 ACCENT = {"explained": AFTER, "none": "#007a5a", "ambiguous": CAUTION, "unknown": BEFORE}
+WITHIN_MODEL = (
+    "Standard deviations hold within the model; an effect that is on no list can move the values by more than they say."
+)
 
 
 def diagnosis_page(diagnosis: Diagnosis) -> Page:
@@ -246,8 +249,4 @@ def _uncertain(diagnosis: Diagnosis) -> Section:
         items.append(f"Next test: {diagnosis.next_test.why} ({diagnosis.next_test.procedure}).")
         if diagnosis.next_test.sensor is not None:
             items.append(f"Or {diagnosis.next_test.sensor.why}.")
-    items.append(
-        "Standard deviations hold within the model; an effect that is on no list can move the values by more than "
-        "they say."
-    )
-    return Section(title="What is uncertain", items=items)
+    return Section(title="What is uncertain", items=[*items, WITHIN_MODEL])

@@ -14,6 +14,7 @@ from twin.identify.l_curve import LCurve, decompose
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
+from twin.identify.rms import rms
 from twin.views.curves import compared_models, each_resonance
 from twin.views.plot import Axis, Plot, PlotCurve, common_range
 from twin.views.plots import KINDS, LEAST
@@ -42,7 +43,7 @@ def residual_table(diagnosis: Diagnosis) -> dict[tuple[str, int, str], tuple[flo
         rows = rows_of[sweep.sweep]
         for h, order in enumerate(search.harmonics.orders):
             for o, channel in enumerate(sweep.channels):
-                table[channel, int(order), sweep.sweep] = _rms(sizes[0][rows, h, o]), _rms(sizes[1][rows, h, o])
+                table[channel, int(order), sweep.sweep] = rms(sizes[0][rows, h, o]), rms(sizes[1][rows, h, o])
     return table
 
 
@@ -177,7 +178,3 @@ def draw_history(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spa
         "Last fits, iteration by iteration", "iteration", "cost: chi² with the prior's part", curves, log="y"
     )
     return draw_chart(recording, "/history", plot, width=FULL)
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values)))) if len(values) else float("nan")
