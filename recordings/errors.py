@@ -41,9 +41,10 @@ class InputError(Exception):
 
 @contextmanager
 def blamed_on(
-    source: str | Path, place: str = "", remedy: str = "", *, of: type[Exception] = ValueError
-) -> Iterator[None]:
-    """Turn an error from within, `of` this kind, into an :class:`InputError` with its text."""
+    source: str | Path, place: str = "", remedy: str = "", *,
+    of: type[Exception] | tuple[type[Exception], ...] = ValueError,
+) -> Iterator[None]:  # fmt: skip
+    """Turn an error from within, `of` this kind or of these, into an :class:`InputError` with its text."""
     try:
         yield
     except of as error:

@@ -30,7 +30,7 @@ from drivers.can_protocol import (
 )
 from recordings.container.assemble import Assembler
 from recordings.convert.blocks import add_rows
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.limits import Limits
 from recordings.reader import open_input
 from recordings.run import Channel, DeviceSamples, Event, Run
@@ -182,10 +182,8 @@ class _Log:
                 if channel.name in channels:
                     raise InputError(self._path, f"bus {bus + 1}", f"a second channel {channel.name!r:.40}")
                 channels[channel.name] = channel
-            try:
+            with blamed_on(self._path, f"bus {bus + 1}"):
                 device = _assemble(name, node, found, limits)
-            except ValueError as error:
-                raise InputError(self._path, f"bus {bus + 1}", str(error)) from error
             if device is not None:
                 devices[name] = device
         if not devices:

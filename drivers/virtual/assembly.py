@@ -22,7 +22,7 @@ from drivers.virtual.meter import Meter
 from drivers.virtual.ports import DEFAULT_BAUD, DEVICES, TERMINALS, Port, PtyPort, SerialPort, TcpPort
 from drivers.virtual.server import VirtualDevice, serve
 from drivers.virtual.slcan import SlcanAdapter
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.run import Channel
 from recordings.streams import SampleSource, SlowSource
 
@@ -273,10 +273,8 @@ class VirtualRig:
 
 
 def _parsed(parse: Callable[[str], Address], option: str, text: str) -> Address:
-    try:
+    with blamed_on(option):
         return parse(text)
-    except ValueError as error:
-        raise InputError(option, "", str(error)) from error
 
 
 def split_channels(channels: Sequence[Channel], addresses: Addresses) -> tuple[list[str], list[str], list[str]]:

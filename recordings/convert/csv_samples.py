@@ -19,7 +19,7 @@ import numpy as np
 
 from recordings.convert.blocks import blocks_of, device_from_rows, to_float32
 from recordings.convert.description import Description, describe, parse_description
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.reader import open_input
 from recordings.run import DeviceSamples, Run
 
@@ -127,11 +127,9 @@ class _Reader:
                 self._refuse(f"more than {ROW_LIMIT} rows, the limit of this program")
         number, time_ns = np.array(counts, dtype=np.int64).reshape(-1, 2).T
         table = np.array(values, dtype=np.float64).reshape(-1, len(channels))
-        try:
+        with blamed_on(self._path, f"device {name!r:.80}, from line {first_line}"):
             columns = {channel: to_float32(table[:, at]) for at, channel in enumerate(channels)}
             return device_from_rows(name, rate, number, time_ns, columns, overload), after
-        except ValueError as error:
-            raise InputError(self._path, f"device {name!r:.80}, from line {first_line}", str(error)) from error
 
     def _rows(self) -> Iterator[str]:
         while line := self._read_line(LINE_LIMIT):

@@ -17,7 +17,7 @@ import scipy.io
 from recordings.convert.blocks import blocks_of, device_from_rows, to_float32
 from recordings.convert.description import describe, parse_description
 from recordings.convert.mat_structure import check_structure
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.reader import open_input
 from recordings.run import DeviceSamples, Run
 
@@ -81,11 +81,9 @@ def read_mat(path: Path) -> Run:
             raise InputError(path, f"samples_{place}", "is not made of numbers")
         with np.errstate(invalid="ignore"):
             numbers, times = number.astype(np.int64), time_ns.astype(np.int64)
-        try:
+        with blamed_on(path, f"device {name!r:.80}"):
             columns = {each: to_float32(samples[:, at]) for at, each in enumerate(channels)}
             device = device_from_rows(name, rate, numbers, times, columns, overload)
-        except ValueError as error:
-            raise InputError(path, f"device {name!r:.80}", str(error)) from error
         if device is not None:
             devices[name] = device
     return description.run(str(path), devices)

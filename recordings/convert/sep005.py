@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from recordings.container.metadata import parse_channel
 from recordings.convert.blocks import device_from_rows, to_float32
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.quantities import known_quantities, quantity_of_unit
 from recordings.run import Channel, DeviceSamples, Run
 
@@ -101,12 +101,10 @@ def from_sep005(timeseries: Mapping[str, Any] | Sequence[Mapping[str, Any]], *, 
     groups: dict[str, list[_Series]] = {}
     channels: dict[str, Channel] = {}
     for number, one in enumerate([timeseries] if isinstance(timeseries, Mapping) else timeseries, start=1):
-        try:
+        with blamed_on(source, f"channel {one.get('name', number)!s:.80}", of=(ValueError, TypeError, OverflowError)):
             series = _Series(one)
             if series.channel.name in channels:
                 raise ValueError("stands twice")
-        except (ValueError, TypeError, OverflowError) as error:
-            raise InputError(source, f"channel {one.get('name', number)!s:.80}", str(error)) from error
         channels[series.channel.name] = series.channel
         groups.setdefault(series.channel.device, []).append(series)
     if not channels:
@@ -189,7 +187,5 @@ def _device(source: str, name: str, parts: Sequence[_Series]) -> DeviceSamples |
     kept = np.flatnonzero(np.any([~np.isnan(each.values) for each in parts], axis=0))
     time_ns = first.start_ns + np.rint(kept * (1e9 / first.sample_rate_Hz)).astype(np.int64)
     values = {each.channel.name: each.values[kept] for each in parts}
-    try:
+    with blamed_on(source, place):
         return device_from_rows(name, first.sample_rate_Hz, kept, time_ns, values, {})
-    except ValueError as error:
-        raise InputError(source, place, str(error)) from error

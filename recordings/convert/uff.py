@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from recordings.beside import temporary_folder
 from recordings.convert.blocks import TIME_STEP_NS, blocks_of, device_from_rows, to_float32
 from recordings.convert.uff_fields import channel_of, fields_of, quantity_of, start_ns_of, text_pairs
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.reader import open_input
 from recordings.run import Channel, DeviceSamples, Event, Run
 
@@ -52,12 +52,10 @@ def write_uff(run: Run, path: Path) -> list[str]:
         one = folder / "one.uff"
         for node, channel in enumerate(run.channels.values(), start=1):
             for piece in _pieces(run, channel):
-                try:
+                with blamed_on(path):
                     fields = fields_of(
                         channel, node, run.info, piece.sample_rate_Hz, piece.start_ns, piece.first_index
                     )  # fmt: skip
-                except ValueError as error:
-                    raise InputError(path, "", str(error)) from error
                 data = piece.values.astype(np.float64)
                 # pyuff looks at the first two abscissas only.  It rereads the whole file after each set, so each has
                 # a file of its own; its mode "overwrite" loses the head of a binary set.
@@ -207,7 +205,7 @@ def _piece(path: Path, fields: dict[str, Any], number: int) -> tuple[_Piece | No
     pairs = text_pairs(fields)
     name = str(fields["id1"] if "device" in pairs else fields["rsp_ent_name"]).strip() or f"channel{number}"
     step_s = float(fields["abscissa_inc"])
-    try:
+    with blamed_on(path, f"data set {number}", of=(ValueError, ZeroDivisionError, OverflowError)):
         rate_Hz = float(pairs["sample_rate_Hz"]) if "sample_rate_Hz" in pairs else 1 / step_s
         if not 0 < rate_Hz < 1e12:
             raise ValueError(f"a sampling interval of {step_s} s")
@@ -220,8 +218,6 @@ def _piece(path: Path, fields: dict[str, Any], number: int) -> tuple[_Piece | No
             channel=channel_of(fields, quantity, name), sample_rate_Hz=rate_Hz, start_ns=start_ns_of(fields),
             first_index=int(pairs.get("first_index", "0")), values=values,
         )  # fmt: skip
-    except (ValueError, ZeroDivisionError, OverflowError) as error:
-        raise InputError(path, f"data set {number}", str(error)) from error
     return piece, ""
 
 
@@ -232,10 +228,8 @@ def _devices(path: Path, pieces: list[_Piece]) -> dict[str, DeviceSamples]:
         by_device[piece.channel.device].append(piece)
     devices: dict[str, DeviceSamples] = {}
     for name, parts in by_device.items():
-        try:
+        with blamed_on(path, f"device {name!r:.80}"):
             device = _device(name, parts)
-        except ValueError as error:
-            raise InputError(path, f"device {name!r:.80}", str(error)) from error
         if device is not None:
             devices[name] = device
     return devices

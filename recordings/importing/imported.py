@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from recordings.convert.blocks import device_from_rows, to_float32
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.importing.files import read_files
 from recordings.importing.labels import channel_name, is_time
 from recordings.importing.mapping import ChannelMapping, Mapping, MappingQuestion, parse_sensitivity, write_mapping
@@ -122,10 +122,8 @@ class _Reading:
         rate = mapping.sample_rate_Hz or next((each.sample_rate_Hz for each in table if each.sample_rate_Hz), None)
         if times and mapping.sample_rate_Hz is None:
             unit = mapping.time_unit or times[0].unit
-            try:
+            with blamed_on(self._source, f"column {times[0].name!r:.60}"):
                 axis = axis_of(times[0].values, unit)
-            except ValueError as error:
-                raise InputError(self._source, f"column {times[0].name!r:.60}", str(error)) from error
             if not unit and axis.sample_rate_Hz < LEAST_RATE_Hz and times[0].values.dtype.kind != "M":
                 why = f"{times[0].name!r:.60} has no unit, and {axis.sample_rate_Hz:g} Hz is no sample rate if it is s"
                 self.questions.append(MappingQuestion(field="time_unit", why=why))
@@ -216,10 +214,8 @@ class _Reading:
             if (preload := getattr(mapping, name)) is not None:
                 info[name] = f"{preload:g}"
         run = Run(path=str(self._source), info=info, channels=channels, devices=devices, steps=(), events=())
-        try:
+        with blamed_on(self._source):
             steps, notes = found_steps(run, mapping.excitation, target)
-        except ValueError as error:
-            raise InputError(self._source, "", str(error)) from error
         procedure = "stepped-sine" if steps[0].frequency_Hz else "broadband"
         info = {**info, "procedure": procedure}
         return Imported(replace(run, info=info, steps=steps), (*self.notes, *notes))
@@ -252,10 +248,8 @@ class _Reading:
         wanted = quantity(channel.quantity or measured)
         if wanted.unit != quantity(measured).unit:
             raise InputError(self._source, place, f"is a {wanted.name}, but its unit is that of a {measured}")
-        try:
+        with blamed_on(self._source, place):
             samples = to_float32(signal.values.astype(np.float64) * (channel.scale * factor))
-        except ValueError as error:
-            raise InputError(self._source, place, str(error)) from error
         made = Channel(
             name=channel.name or channel_name(signal.name), quantity=wanted.name, unit=wanted.unit, device=device,
             position_m=channel.position_m, direction=channel.direction,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from recordings.columns import Columns
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.quantities import QUANTITIES
 from recordings.reader import open_input
 from recordings.responses.found import SIZE_LIMIT_BYTES, End, FoundResponse, Responses, checked
@@ -76,10 +76,8 @@ def read_csv(path: Path) -> Responses:
 def _unit(path: Path, place: str, label: str) -> tuple[str, float]:
     if not label:
         return "", 1.0
-    try:
+    with blamed_on(path, place):
         return factor_of_label(label)
-    except ValueError as error:
-        raise InputError(path, place, str(error)) from error
 
 
 def read_archive(path: Path) -> Responses:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from recordings.directions import direction_name
-from recordings.errors import InputError
+from recordings.errors import blamed_on
 from recordings.quantities import quantity
 from recordings.run import Channel
 from twin.bench.build import altered_matrices
@@ -83,10 +83,8 @@ def check_effects(rig: Rig, *, source: str) -> None:
     """
     if not rig.effect:
         return
-    try:
+    with blamed_on(source):
         plan = planned(rig)
         matrices, _ = altered_matrices(plan)
         for make in plan.element_makers:
             make(matrices)
-    except ValueError as error:
-        raise InputError(source, "", str(error)) from error

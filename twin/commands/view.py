@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from recordings.beside import temporary_folder
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.whole import check_writable, whole_files
 from twin.commands.common.options import FILE, json_option, overwrite_option
 from twin.commands.common.output import console, print_json, say, working
@@ -62,12 +62,10 @@ def _draw(view: Path, picture: Path) -> None:
     """A picture of a view by a viewer without a screen."""
     from twin.views.rerun.viewer import headless_viewer, save_picture
 
-    try:
-        with console.status("drawing, without a screen"), headless_viewer(file=view) as viewer:
-            save_picture(viewer, picture)
-    except RuntimeError as error:
-        advice = "a graphics driver is needed, in software too: Debian's mesa-vulkan-drivers"
-        raise InputError("--picture", "", str(error), advice) from error
+    advice = "a graphics driver is needed, in software too: Debian's mesa-vulkan-drivers"
+    drawing = blamed_on("--picture", "", advice, of=RuntimeError)
+    with drawing, console.status("drawing, without a screen"), headless_viewer(file=view) as viewer:
+        save_picture(viewer, picture)
 
 
 def _save(what: Path, out: Path) -> Path:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TypeVar
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from twin.diagnose.fitted_model import CauseHypothesis
 from twin.diagnose.models import CAUSES
 from twin.diagnose.places import from_told_place, told_place
@@ -52,10 +52,8 @@ def acting_effects(
         expected = sorted(told_place(evidence, label, *cause.reported(likely, {}))[0])
         if sorted(values) != expected:
             raise InputError(source, place, f"has the numbers {sorted(values)}", f"it takes {expected}")
-        try:
+        with blamed_on(source, place, "take one of the part's own table"):
             values = from_told_place(evidence, label, cause.from_reported(values))
-        except ValueError as error:
-            raise InputError(source, place, str(error), "take one of the part's own table") from error
         acting.append(CauseHypothesis(cause, label, values, dict(effect.std)))
     return tuple(acting)
 

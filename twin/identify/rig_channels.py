@@ -4,7 +4,7 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from recordings.directions import cosine, direction_name, unit_vector
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.run import Channel, Run
 from twin.rigs import Rig
 
@@ -112,11 +112,9 @@ def faces_against(channel: Channel, run: Run, rig: Rig) -> bool:
     """Whether a channel of a run points against what the rig file says of its sensor; InputError if across it."""
     forced = channel.name == rig.force_sensor.channel
     place = rig.drives[drive_of(run, rig)] if forced else rig.place_of(channel.name)
-    try:
+    advice = "correct the sensor's direction in the rig file, or the recording's"
+    with blamed_on(run.path, f"channel {channel.name}", advice):
         return place.faces_against(channel.direction)
-    except ValueError as error:
-        reason, hint = str(error), "correct the sensor's direction in the rig file, or the recording's"
-        raise InputError(run.path, f"channel {channel.name}", reason, hint) from error
 
 
 def _against(channel: Channel, run: Run, first: Run, rig: Rig) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2 as chi_square
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from twin.diagnose.answer.result import Estimate, Misfit, NamedCause, Verdict
 from twin.diagnose.models import CAUSES
 from twin.diagnose.tables.limits import LIMITS
@@ -57,10 +57,8 @@ def diagnose_sweeps(
     started = time.perf_counter()
     _check(sweeps, path)
     by_amplitude = sorted(range(len(sweeps)), key=lambda k: sweeps[k].amplitude)
-    try:
+    with blamed_on(path, of=ArithmeticError):
         model = identify_backbone([sweeps[k] for k in by_amplitude], name=rig_name, source=source, channel=channel)
-    except ArithmeticError as error:
-        raise InputError(path, "", str(error)) from error
     assert model.law is not None
     levels = [model.level[by_amplitude.index(k)] for k in range(len(sweeps))]
     rows = [

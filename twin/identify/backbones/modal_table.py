@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from recordings.quantities import quantity
 from recordings.tables import SweepTable, read_table
 from twin.identify.backbones.backbone import BackboneSweep, identify_backbone
@@ -20,10 +20,8 @@ def identify_sweep_table(path: Path, rig: ModalRig) -> ModalRig:
         If the table holds no sweeps, too few of them, or a force of zero, or no model fits them.
     """
     sweeps = sorted(read_sweeps(path), key=lambda sweep: sweep.amplitude)
-    try:
+    with blamed_on(path, of=(ValueError, ArithmeticError)):
         return identify_backbone(sweeps, name=rig.name, source=rig.source, channel=rig.channel)
-    except (ValueError, ArithmeticError) as error:
-        raise InputError(path, "", str(error)) from error
 
 
 def read_sweeps(path: Path) -> list[BackboneSweep]:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings.errors import InputError
+from recordings.errors import InputError, blamed_on
 from twin.rigs.imported.units import UNITS, Units, model_scale
 from twin.rigs.layout import DOFS
 from twin.rigs.limits import LIMITS
@@ -99,11 +99,9 @@ def read_part(files: PartFiles, units: str | None) -> ImportedPart:
             "--units says otherwise"
         )
     mass, stiffness = chosen.to_si(M.matrix, K.matrix, rows)
-    try:
+    exchanged = f"are {files.mass.name} and {files.stiffness.name} exchanged, or the units others?"
+    with blamed_on(files.stiffness, "", exchanged):
         doubt = scale.doubt(chosen)
-    except ValueError as error:
-        remedy = f"are {files.mass.name} and {files.stiffness.name} exchanged, or the units others?"
-        raise InputError(files.stiffness, "", str(error), remedy) from error
     return ImportedPart(
         files, PartMatrices(mass, stiffness, nodes, coordinates * chosen.length_m, rows), chosen, tuple(notes),
         (doubt,) if doubt else (),
