@@ -12,7 +12,7 @@ from recordings.container.collect import Collector
 from recordings.container.interpret import Interpreter, MessageItem, Problem
 from recordings.container.records import MAGIC
 from recordings.container.stored import BlockStore
-from recordings.errors import InputError
+from recordings.errors import InputError, reason_of
 from recordings.limits import Limits
 from recordings.reader import open_input
 from recordings.run import SampleBlock
@@ -92,7 +92,7 @@ def check_run(path: str | Path, *, limits: Limits | None = None) -> CheckReport:
                         for name, values in item.content.samples.items():
                             not_finite[name] += int(np.count_nonzero(~np.isfinite(values)))
         except OSError as error:
-            raise InputError(path, "", f"cannot read: {(error.strerror or str(error)).lower()}") from error
+            raise InputError(path, "", f"cannot read: {reason_of(error)}") from error
         stream.seek(0)
         begins_well = stream.read(len(MAGIC)) == MAGIC
     if not interpreter.records and not begins_well:

@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.errors import InputError
+from recordings.errors import InputError, reason_of
 from recordings.reader import open_input
 
 __all__ = ["Columns"]
@@ -121,7 +121,7 @@ def _csv_rows(path: Path) -> list[tuple[int, list[str]]]:
         try:
             data = stream.read(SIZE_LIMIT_BYTES + 1)
         except OSError as error:
-            raise InputError(path, "", f"cannot read: {(error.strerror or str(error)).lower()}") from error
+            raise InputError(path, "", f"cannot read: {reason_of(error)}") from error
     if len(data) > SIZE_LIMIT_BYTES:
         raise InputError(path, "", f"larger than {SIZE_LIMIT_BYTES} bytes, the limit for tables")
     try:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-__all__ = ["InputError", "blamed_on", "printable"]
+__all__ = ["InputError", "blamed_on", "printable", "reason_of"]
 
 
 def printable(text: str) -> str:
@@ -37,6 +37,11 @@ class InputError(Exception):
         head = f"{self.source}: {self.place}: {self.reason}" if self.place else f"{self.source}: {self.reason}"
         line = f"{head}; {self.remedy}" if self.remedy else head
         return printable(" ".join(line.split()))
+
+
+def reason_of(error: OSError) -> str:
+    """What the system says hindered it, as the middle of a sentence."""
+    return (error.strerror or str(error)).lower()
 
 
 @contextmanager

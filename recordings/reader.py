@@ -8,7 +8,7 @@ from typing import BinaryIO
 from recordings.container.collect import Collector
 from recordings.container.interpret import Interpreter, MessageItem, Problem
 from recordings.container.stored import BlockStore
-from recordings.errors import InputError
+from recordings.errors import InputError, reason_of
 from recordings.limits import Limits
 from recordings.run import Run, SampleBlock
 
@@ -49,7 +49,7 @@ def read_run(path: str | Path, *, limits: Limits | None = None) -> Run:
             if isinstance(item, MessageItem) and isinstance(item.content, SampleBlock):
                 store.keep(*item.at, item.content.samples)
     except OSError as error:
-        raise InputError(path, "", f"cannot read: {(error.strerror or str(error)).lower()}") from error
+        raise InputError(path, "", f"cannot read: {reason_of(error)}") from error
     collector.finish()
     found = {name: assembler.finish() for name, assembler in collector.assemblers.items()}
     devices = {name: samples for name, samples in found.items() if samples is not None}

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from recordings.beside import Beside
-from recordings.errors import InputError
+from recordings.errors import InputError, reason_of
 
 __all__ = ["staged_folder"]
 
@@ -102,4 +102,4 @@ def _exchange(one: Path, other: Path) -> None:
 
 
 def _refusal(out: Path, error: OSError) -> InputError:
-    return InputError(out, "", f"cannot be written: {(error.strerror or str(error)).lower()}", "name another --out")
+    return InputError(out, "", f"cannot be written: {reason_of(error)}", "name another --out")

@@ -11,7 +11,7 @@ from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from recordings.errors import InputError
+from recordings.errors import InputError, reason_of
 from recordings.toml_fields import nearest, told_apart
 
 __all__ = [
@@ -99,7 +99,7 @@ def read_toml(path: str | Path, model: type[Model]) -> Model:
         with path.open("rb") as stream:
             data = stream.read(SIZE_LIMIT_BYTES + 1)
     except OSError as error:
-        raise InputError(path, "", (error.strerror or str(error)).lower()) from error
+        raise InputError(path, "", reason_of(error)) from error
     return parse_toml(data, model, source=path)
 
 

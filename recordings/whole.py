@@ -7,7 +7,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from recordings.beside import Beside
-from recordings.errors import InputError
+from recordings.errors import InputError, reason_of
 
 __all__ = ["check_writable", "made_folder", "refuse_existing", "whole_file", "whole_files"]
 
@@ -88,9 +88,9 @@ def made_folder(path: str | Path) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(folder, "", (error.strerror or str(error)).lower()) from error
+        raise InputError(folder, "", reason_of(error)) from error
     return folder
 
 
 def _refused(path: Path, error: OSError) -> InputError:
-    return InputError(path, "", f"cannot be written: {(error.strerror or str(error)).lower()}")
+    return InputError(path, "", f"cannot be written: {reason_of(error)}")

@@ -18,7 +18,7 @@ from recordings.container.metadata import CHANNEL_PREFIX, RUN, channel_record, p
 from recordings.container.opening import Opening
 from recordings.container.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, schema_data
 from recordings.container.uninterrupted import UNINTERRUPTED
-from recordings.errors import InputError
+from recordings.errors import InputError, reason_of
 from recordings.run import Channel, Event, Indicator, SampleBlock, Step
 
 __all__ = ["RunWriter"]
@@ -271,7 +271,7 @@ class RunWriter:
             raise self._failure from error
 
     def _as_input_error(self, error: OSError) -> InputError:
-        reason = (error.strerror or str(error)).lower()
+        reason = reason_of(error)
         remedy = "what was written before can be had by 'twin check --recover'" if self._placed else ""
         return InputError(self.path, "", f"cannot be written: {reason}", remedy)
 

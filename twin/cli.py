@@ -17,7 +17,7 @@ for _library in ("OPENBLAS", "OMP", "MKL"):
 
 import click  # noqa: E402
 
-from recordings.errors import InputError, printable  # noqa: E402
+from recordings.errors import InputError, printable, reason_of  # noqa: E402
 from twin.commands.common.stopping import terminable  # noqa: E402
 
 SUMMARIES = {
@@ -159,7 +159,7 @@ def main(arguments: list[str] | None = None) -> None:
     except OSError as error:  # a full disk, a folder that may not be read: the machine's state, not a fault of ours
         trace()
         place = f"{error.filename}: " if error.filename else ""
-        _complain(f"twin: {place}{(error.strerror or str(error)).lower()}")
+        _complain(f"twin: {place}{reason_of(error)}")
         sys.exit(2)
     except MemoryError:
         trace()

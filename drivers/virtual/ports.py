@@ -16,7 +16,7 @@ from typing import Protocol
 import serial
 
 from drivers.virtual.openings import Openings
-from recordings.errors import InputError
+from recordings.errors import InputError, reason_of
 
 __all__ = ["Port", "PtyPort", "SerialPort", "TcpLine", "TcpPort"]
 
@@ -131,7 +131,7 @@ class PtyPort:
                 self._place_link(self._link, name)
             except OSError as error:
                 self._hang_up()
-                raise InputError(self._link, "", (error.strerror or str(error)).lower()) from error
+                raise InputError(self._link, "", reason_of(error)) from error
             except InputError:
                 self._hang_up()
                 raise

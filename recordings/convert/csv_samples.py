@@ -19,7 +19,7 @@ import numpy as np
 
 from recordings.convert.blocks import blocks_of, device_from_rows, to_float32
 from recordings.convert.description import Description, describe, parse_description
-from recordings.errors import InputError, blamed_on
+from recordings.errors import InputError, blamed_on, reason_of
 from recordings.reader import open_input
 from recordings.run import DeviceSamples, Run
 
@@ -63,7 +63,7 @@ def read_csv(path: Path) -> Run:
     except UnicodeDecodeError as error:
         raise InputError(path, "", "not UTF-8 text") from error
     except OSError as error:
-        raise InputError(path, "", f"cannot read: {(error.strerror or str(error)).lower()}") from error
+        raise InputError(path, "", f"cannot read: {reason_of(error)}") from error
 
 
 class _Reader:

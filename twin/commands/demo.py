@@ -12,7 +12,7 @@ import click
 from rich.table import Table
 
 from recordings.beside import temporary_folder
-from recordings.errors import InputError
+from recordings.errors import InputError, reason_of
 from recordings.staging import staged_folder
 from twin.commands.common.options import FILE, causes_option, json_option, overwrite_option
 from twin.commands.common.output import console, print_json, say, write_json
@@ -59,7 +59,7 @@ def command(out: Path | None, seed: int | None, cause: str | None, overwrite: bo
         if out.is_dir() and any(out.iterdir()) and not overwrite:
             raise InputError(out, "", "exists already and is not empty", "give another --out, or --overwrite")
     except OSError as error:
-        raise InputError(out, "", (error.strerror or str(error)).lower()) from error
+        raise InputError(out, "", reason_of(error)) from error
     with staged_folder(out, results=RESULTS, overwrite=overwrite, recovers=True) as folder:
         try:
             with Stages() as stages:

@@ -15,7 +15,7 @@ from scipy import constants
 from scipy.optimize import least_squares
 from scipy.signal import butter, sosfiltfilt
 
-from recordings.errors import InputError
+from recordings.errors import InputError, reason_of
 from twin.arrays import Array
 
 INCH, KIP = constants.inch, 1e3 * constants.pound_force
@@ -94,7 +94,7 @@ def read_damper_json(path: Path) -> Loop:
         rows = np.array(table["data"], float)
         rate = float(table["sampling freq"])
     except OSError as error:
-        raise InputError(path, "", (error.strerror or str(error)).lower()) from error
+        raise InputError(path, "", reason_of(error)) from error
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(path, "data", f"not a friction-damper table: {error}") from error
     if rows.ndim != 2 or rows.shape[1] < 3 or len(rows) < 100 or not np.all(np.isfinite(rows)) or not rate > 0:

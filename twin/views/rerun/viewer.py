@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from recordings.errors import InputError
+from recordings.errors import InputError, reason_of
 from recordings.whole import whole_file
 
 LOOPBACK = "127.0.0.1"
@@ -59,7 +59,7 @@ def viewer_url(address: str) -> str:
         with socket.create_connection((host.strip("[]"), port), timeout=3.0):
             pass
     except OSError as error:
-        reason = f"no viewer listens there: {(error.strerror or str(error)).lower()}"
+        reason = f"no viewer listens there: {reason_of(error)}"
         raise InputError(address, "", reason, "start one: rerun --bind 127.0.0.1") from error
     return f"rerun+http://{host}:{port}/proxy"
 
