@@ -162,9 +162,8 @@ class LapJointRig(Rig):
         position = self.layout().position(place) if place.part in ("lower", "upper") else None
         if position is None or position > self.length:
             raise ValueError(f"point: there is no place {place.at:g} on {place.part!r}; it has lower and upper")
-        cell = next(s for s in self.sensor if s.quantity == "force")
-        cell = cell.model_copy(update={"position": position, "mass": 0.0, "stinger_side_mass": 0.0})
-        sensors = [cell, *(s for s in self.sensor if s.quantity != "force")]
+        here = {"position": position, "mass": 0.0, "stinger_side_mass": 0.0}
+        sensors = [self.force_sensor.model_copy(update=here), *self.response_sensors]
         return self.model_copy(update={"sensor": sensors, "drive": Drive(position=position)})
 
     def with_moved_sensor(self, channel: str, place: Place) -> Self:

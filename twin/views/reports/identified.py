@@ -20,7 +20,7 @@ from twin.views.figures import plots_figure
 from twin.views.plot import Axis, Plot, PlotCurve
 from twin.views.plots import law_plot
 from twin.views.reports.answer import estimate_text
-from twin.views.style import AFTER, BEFORE, INK, level_colour
+from twin.views.style import AFTER, BEFORE, INK, SUPERSCRIPTS, level_colour
 from twin.views.table import Table
 
 LITTLE = 2.0
@@ -198,9 +198,10 @@ def polynomial_table(polynomials: Polynomials) -> Table:
     for name, fit in {**polynomials.levels, "all levels": polynomials.together}.items():
         for symbol, values, errors in (("g1", fit.softening, fit.std[0]), ("g2", fit.loss, fit.std[1])):
             scale = 1e-6 * 1e-3 ** np.arange(len(values))
+            powers = ["", " X", *(f" X{order}".translate(SUPERSCRIPTS) for order in range(2, len(values)))]
             terms = [
-                f"({estimate_text(Estimate(value, error))}){' X' + _power(order) if order else ''}"
-                for order, (value, error) in enumerate(zip(values * scale, errors * scale, strict=True))
+                f"({estimate_text(Estimate(value, error))}){power}"
+                for value, error, power in zip(values * scale, errors * scale, powers, strict=False)
             ]
             largest = f"{1e3 * fit.largest_amplitude_m:.3g}"
             rows.append((f"{name}: {symbol}", " + ".join(terms), largest, f"{fit.residual_percent:.2g} %"))
@@ -226,10 +227,6 @@ def left_out_table(polynomials: Polynomials) -> Table:
         ],
         numbers=(1, 2, 3),
     )  # fmt: skip
-
-
-def _power(order: int) -> str:
-    return {1: "", 2: "²", 3: "³", 4: "⁴"}.get(order, f"^{order}")
 
 
 def identified_law_figure(found: Identified, evidence: MeasuredData) -> Figure:
