@@ -141,8 +141,7 @@ def score_causes(
     errors
         What the model needs; `model`'s own by default.
     refitted
-        Whether the model is first fitted beside what a sound rig may have: the signatures change little by that, the
-        residual much.
+        Whether the model is first fitted beside what a sound rig may have, and scored where it ends.
 
     Returns
     -------
