@@ -302,10 +302,11 @@ def fit_model(
         What sound rigs have of every cause, which is integrated over; nothing by default.
     """
     shared = []
-    for hypothesis in hypotheses:
+    for hypothesis in () if frozen else hypotheses:
         start, values = hypothesis.cause.shared(evidence, hypothesis.label, start, hypothesis.values)
         shared.append(replace(hypothesis, values=values))
-    problem = FitProblem(evidence, harmonics, start, tuple(shared), errors=errors, held=held, frozen=frozen)
+    begun = hypotheses if frozen else tuple(shared)
+    problem = FitProblem(evidence, harmonics, start, begun, errors=errors, held=held, frozen=frozen)
 
     def solve(x: Array, *, iterations: int) -> Solution:
         problem.weigh(x)

@@ -30,12 +30,19 @@ class AttachmentSignatures:
         Without attachment.
     left_by
         Residual (r,) that a further modification leaves.
+    at_the_drive
+        The same without what harmonics add by it, which is no matter of the stiffness at the drive frequency.
     """
 
     def __init__(
-        self, residual_model: ResidualModel, prediction: Prediction, left_by: Callable[[ModelModification], Array]
+        self,
+        residual_model: ResidualModel,
+        prediction: Prediction,
+        left_by: Callable[[ModelModification], Array],
+        at_the_drive: Callable[[ModelModification], Array],
     ) -> None:
-        self._model, self._residual, self._left_by = residual_model.model, prediction.residual, left_by
+        self._model, self._residual = residual_model.model, prediction.residual
+        self._left_by, self._at_the_drive = left_by, at_the_drive
         self._rows = _Rows.of(residual_model, prediction.blocks)
         self._known: dict[bytes, tuple[Array, Array] | None] = {}
 
@@ -45,9 +52,11 @@ class AttachmentSignatures:
         alone = len(attachments) == 1 and modification == ModelModification(attachments=attachments)
         ports = attachments[0].rows(self._model.structure) if alone else np.zeros((0, 0))
         key = ports.tobytes()
-        if len(ports) != 1 or key not in self._known:
-            self._known[key] = None  # seen once: worth two residuals from the next time on
+        if len(ports) != 1:
             return self._residual - self._left_by(modification)
+        if key not in self._known:
+            self._known[key] = None  # seen once: worth two residuals from the next time on
+            return self._residual - self._at_the_drive(modification)
         real, imaginary = self._known[key] = self._known[key] or self._by_unit_stiffness(ports)
         Z = self._rows.values(attachments[0].stiffness)
         return np.asarray(real * Z.real + imaginary * Z.imag)
@@ -60,7 +69,7 @@ class AttachmentSignatures:
             def stiffness(omega: Array) -> Array:
                 return unit * mass_kg * np.abs(omega[:, None]) ** 2
 
-            left = self._left_by(ModelModification(attachments=(Attachment(lambda structure: port, stiffness),)))
+            left = self._at_the_drive(ModelModification(attachments=(Attachment(lambda structure: port, stiffness),)))
             return np.asarray((self._residual - left) / np.abs(self._rows.values(stiffness)))
 
         return change(1.0), change(1j)

@@ -122,7 +122,12 @@ class Race:
         threshold = threshold_of(self.evidence, leading)
         if threshold is None or time_is_up():
             return []
-        found = highest_of_profile(self.evidence, self.harmonics, leading, threshold, self.tolerances)
+        # Costs compare at one model error, and the leading fit's is of the one before.
+        same = fit_model(
+            self.evidence, self.harmonics, leading.baseline, leading.hypotheses, errors=leading.errors,
+            tolerance=0.5, rounds=0, tolerances=self.tolerances,
+        )  # fmt: skip
+        found = highest_of_profile(self.evidence, self.harmonics, same, threshold, self.tolerances)
         return [
             _fit_last(self.evidence, self.harmonics, found.baseline, found.hypotheses, found.errors, self.tolerances)
         ]

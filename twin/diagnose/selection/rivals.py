@@ -49,11 +49,12 @@ def fitted_rivals(
         again = promising  # frequencies alone have several minima: the best without a cause may lead to another
     sound = sound_errors(evidence)
     if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (before,)))):
-        again = [*promising, *_elsewhere(evidence, scores, promising, effort)]
+        again = [*promising, *_elsewhere(scores, promising, effort)]
     again = [_at_full_size(evidence, rival) if rival.cause.tried_at_full_size else rival for rival in again]
-    if not time_is_up():
-        report_of = (evidence, race.harmonics, model)
-        fits += _raced(race, parallel_map(_beside_no_law, report_of, [(rival,) for rival in again]), report)
+    if again and not time_is_up():
+        report(f"beginning beside no law: {', '.join(dict.fromkeys(rival.key for rival in again))}")
+        begun = parallel_map(_beside_no_law, (evidence, race.harmonics, model), [(rival,) for rival in again])
+        fits += _raced(race, begun, report)
     if fits:
         fits += race.with_best_threshold(likeliest(fits))
     if fits and not (leading := likeliest(fits)).errors.as_small_as(sound) and not time_is_up():
@@ -108,13 +109,11 @@ def _best_of_each(scores: Sequence[Score]) -> dict[str, Score]:
     return best
 
 
-def _elsewhere(
-    evidence: MeasuredData, scores: Sequence[Score], promising: Sequence[CauseHypothesis], effort: Effort
-) -> list[CauseHypothesis]:
+def _elsewhere(scores: Sequence[Score], promising: Sequence[CauseHypothesis], effort: Effort) -> list[CauseHypothesis]:
     """Further beginnings: causes that the law imitates at first."""
     keys = {hypothesis.key for hypothesis in promising}
     found = [
-        _at_full_size(evidence, score.hypothesis)
+        score.hypothesis
         for key, score in _best_of_each(scores).items()
         if score.hypothesis.cause.tried_at_full_size and key not in keys
     ]
@@ -132,7 +131,7 @@ def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseH
 
 
 def _beside_the_law(evidence: MeasuredData, model: FittedModel, score: Score) -> Begun:
-    """The model with one more cause, from what was fitted without it, moduli and damping moved by first order."""
+    """The model with one more cause, from what was fitted without it; all but law and shifts moved by first order."""
     sound = sound_errors(evidence)
     levels = [level for level in continuation(sound) if level.steps.stiffness <= model.errors.steps.stiffness]
     baseline, moved = model.baseline, model.baseline.vector

@@ -187,26 +187,32 @@ def _between(errors: ErrorModel, sound: ErrorModel) -> list[ErrorModel]:
 
 
 def _left_by(
-    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, held: Linearisation
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    model: FittedModel,
+    held: Linearisation,
+    *,
+    added: bool = True,
 ) -> Callable[[ModelModification], Array]:
     """What a modification of a fitted model leaves as its whitened residual (r,).
 
     With what harmonics add beside it, as moduli have: otherwise two per cent of a soft joint would be no moduli's.
+    Without that (`added`) what is attached at one port acts by its stiffness at the drive frequency alone.
     """
-    without, baseline = modification_of(evidence, model.hypotheses), model.baseline
-    before = np.zeros(0)
+    without, baseline, before = modification_of(evidence, model.hypotheses), model.baseline, np.zeros(0)
+    added = added and held.balance is not None
 
     def left_by(modification: ModelModification) -> Array:
         whole = without.merged(modification)
         changed = residual_model(evidence, whole, harmonics, held=held)
-        if held.balance is not None and isinstance(changed, ResidualModel):
+        if added and held.balance is not None and isinstance(changed, ResidualModel):
             more = changed.added_beyond(held, baseline) - before
             now = replace(held, balance=with_more(held.balance, more))
             changed = residual_model(evidence, whole, harmonics, held=now)
         return changed.evaluate(baseline, sensitivities=False).residual
 
     plain = residual_model(evidence, without, harmonics, held=held)
-    if held.balance is not None and isinstance(plain, ResidualModel):
+    if added and isinstance(plain, ResidualModel):
         before = plain.added_beyond(held, baseline)
     return left_by
 
@@ -243,7 +249,10 @@ def _signatures_of(
     """Signatures of every label and starting place of one cause."""
     left_by = _left_by(evidence, harmonics, model, held)
     plain = residual_model(evidence, modification_of(evidence, model.hypotheses), harmonics, held=held)
-    small = AttachmentSignatures(plain, prediction, left_by) if isinstance(plain, ResidualModel) else None
+    small = None
+    if isinstance(plain, ResidualModel):
+        at_the_drive = _left_by(evidence, harmonics, model, held, added=False)
+        small = AttachmentSignatures(plain, prediction, left_by, at_the_drive)
     found: list[_Signature] = []
     for label in cause.labels(evidence):
         if time_is_up():

@@ -120,8 +120,9 @@ def search_causes(
     base_harmonics = _harmonics(evidence, base)
     data, model = _Reduced(evidence, base_harmonics), base
     stages: list[Stage] = []
-    while not stages or (stages[-1].accepted and len(stages) < 2 * most):
-        stages.append(_one_more(data, model, causes, most, effort, report))
+    while not stages or stages[-1].accepted:
+        # What was dropped may come again, and be dropped again: the last turn only weighs what there is.
+        stages.append(_one_more(data, model, causes, most if len(stages) < 2 * most else 0, effort, report))
         model = stages[-1].best
         if stages[-1].accepted:
             data = _reduced_anew(data, model, report)
@@ -240,8 +241,6 @@ def _reduced_anew(data: _Reduced, best: FittedModel, report: Report) -> _Reduced
 
 def _to_predict_with(data: _Reduced, model: FittedModel) -> FittedModel:
     """The causes as they are, with the base family fitted beside them alone: predictions have no tolerances."""
-    if not model.hypotheses:
-        return model
     alone = fit_with_errors(*data, model.baseline, model.hypotheses, errors=model.errors, exact=True, frozen=True)
     return replace(model, baseline=alone.baseline)
 
