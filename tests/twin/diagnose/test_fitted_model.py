@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fit_model, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import fit_base
 from twin.identify.measured_data import gather_data
@@ -88,3 +88,15 @@ def test_sensitivities_contain_what_harmonics_do_to_the_joint(fitted_recordings,
         balanced.append(model.evaluate(trial.baseline(there), sensitivities=False).residual)
     expected, steps = (balanced[1] - balanced[0]) / (2 * 3e-4), dict(trial.blocks)["steps"]
     assert np.linalg.norm((column - expected)[steps]) < limit * np.linalg.norm(expected[steps])
+
+
+def test_causes_that_are_frozen_keep_their_values_and_moduli_their_own(fitted_recordings):
+    """A soft joint shares its product with the moduli where both are free: frozen, it is no one's to share."""
+    evidence, harmonics, baseline = fitted_recordings
+    values = {"log_normal_factor": -0.2, "log_shear_factor": -0.4}
+    given = (CauseHypothesis(CAUSES["joint-stiffness"], {}, values, {}),)
+    frozen = fit_model(evidence, harmonics, baseline, given, iterations=0, rounds=0, frozen=True)
+    assert frozen.hypotheses[0].values == values
+    np.testing.assert_array_equal(frozen.baseline.vector, baseline.vector)
+    free = fit_model(evidence, harmonics, baseline, given, iterations=0, rounds=0)
+    assert free.hypotheses[0].values["log_shear_factor"] != values["log_shear_factor"]
