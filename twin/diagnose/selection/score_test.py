@@ -207,8 +207,9 @@ def _left_by(
         changed = residual_model(evidence, whole, harmonics, held=held)
         if added and held.balance is not None and isinstance(changed, ResidualModel):
             more = changed.added_beyond(held, baseline) - before
-            now = replace(held, balance=with_more(held.balance, more))
-            changed = residual_model(evidence, whole, harmonics, held=now)
+            if np.isfinite(more).all():  # a layer whose lost contact has no balance adds what it did
+                now = replace(held, balance=with_more(held.balance, more))
+                changed = residual_model(evidence, whole, harmonics, held=now)
         return changed.evaluate(baseline, sensitivities=False).residual
 
     plain = residual_model(evidence, without, harmonics, held=held)
