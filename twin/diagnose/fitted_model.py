@@ -301,12 +301,13 @@ def fit_model(
     tolerances
         What sound rigs have of every cause, which is integrated over; nothing by default.
     """
-    shared = []
-    for hypothesis in () if frozen else hypotheses:
-        start, values = hypothesis.cause.shared(evidence, hypothesis.label, start, hypothesis.values)
-        shared.append(replace(hypothesis, values=values))
-    begun = hypotheses if frozen else tuple(shared)
-    problem = FitProblem(evidence, harmonics, start, begun, errors=errors, held=held, frozen=frozen)
+    if not frozen:
+        shared = []
+        for hypothesis in hypotheses:
+            start, values = hypothesis.cause.shared(evidence, hypothesis.label, start, hypothesis.values)
+            shared.append(replace(hypothesis, values=values))
+        hypotheses = tuple(shared)
+    problem = FitProblem(evidence, harmonics, start, hypotheses, errors=errors, held=held, frozen=frozen)
 
     def solve(x: Array, *, iterations: int) -> Solution:
         problem.weigh(x)

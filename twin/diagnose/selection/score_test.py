@@ -32,7 +32,7 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.residuals.error_model import SPREAD, ErrorModel, log_prior
 from twin.identify.residuals.likelihood import residual_model, solves_modes, sound_errors
-from twin.identify.residuals.linearisation import Linearisation, with_more
+from twin.identify.residuals.linearisation import Linearisation
 from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
@@ -199,22 +199,21 @@ def _left_by(
     With what harmonics add beside it, as moduli have: otherwise two per cent of a soft joint would be no moduli's.
     Without that (`added`) what is attached at one port acts by its stiffness at the drive frequency alone.
     """
-    without, baseline, before = modification_of(evidence, model.hypotheses), model.baseline, np.zeros(0)
-    added = added and held.balance is not None
+    without, baseline = modification_of(evidence, model.hypotheses), model.baseline
+    plain = residual_model(evidence, without, harmonics, held=held)
+    before = None
+    if added and held.balance is not None and isinstance(plain, ResidualModel):
+        before = plain.added_beyond(held, baseline)
 
     def left_by(modification: ModelModification) -> Array:
         whole = without.merged(modification)
         changed = residual_model(evidence, whole, harmonics, held=held)
-        if added and held.balance is not None and isinstance(changed, ResidualModel):
+        if before is not None and isinstance(changed, ResidualModel):
             more = changed.added_beyond(held, baseline) - before
             if np.isfinite(more).all():  # a layer whose lost contact has no balance adds what it did
-                now = replace(held, balance=with_more(held.balance, more))
-                changed = residual_model(evidence, whole, harmonics, held=now)
+                changed = residual_model(evidence, whole, harmonics, held=held.adding(more))
         return changed.evaluate(baseline, sensitivities=False).residual
 
-    plain = residual_model(evidence, without, harmonics, held=held)
-    if added and isinstance(plain, ResidualModel):
-        before = plain.added_beyond(held, baseline)
     return left_by
 
 

@@ -75,7 +75,12 @@ class Linearisation:
         """The same where the causes' parameters are others by `change` (k,), to first order."""
         if self.balance is None or self.by_causes is None:
             return self
-        return replace(self, balance=with_more(self.balance, self.by_causes @ change))
+        return self.adding(self.by_causes @ change)
+
+    def adding(self, more: Array) -> Linearisation:
+        """The same where harmonics add so much more (s, n) to the stiffness of the first ports."""
+        assert self.balance is not None
+        return replace(self, balance=with_more(self.balance, more))
 
     def derivative(self, baseline: BaselineParameters) -> Array | None:
         """Where there are :attr:`by_unknowns`, and by these parameters: laws have knots of their own."""
