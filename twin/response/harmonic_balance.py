@@ -55,7 +55,7 @@ class HarmonicBalance:
     built
         From :attr:`twin.bench.Bench.built`.
     samples
-        A period in the alternation.
+        A period, as forces are taken between frequency and time.
     internal_rate_Hz
         Of the bench whose modes it shall have.
     """
@@ -162,7 +162,7 @@ class HarmonicBalance:
         Parameters
         ----------
         rate_Hz
-            Steps a second of the march, at least.
+            Steps a second of the integration, at least.
         """
         rows, H = slice(0, self._channels.start), self._H
         w = np.array([2 * np.pi * solution.frequency_Hz])
