@@ -13,6 +13,7 @@ from twin.diagnose.posterior import least_gain, log_weight
 from twin.diagnose.selection.racing import Begun, Effort, Race, likeliest, once_more
 from twin.diagnose.selection.score_test import Score
 from twin.identify.base_fit import baseline_bounds, law_from_steps
+from twin.identify.linear.linear_fit import LARGEST_STEP
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.error_model import continuation
 from twin.identify.residuals.likelihood import nominal_base, residual_model, sound_errors
@@ -135,7 +136,9 @@ def _beside_the_law(evidence: MeasuredData, model: FittedModel, score: Score) ->
     sound = sound_errors(evidence)
     levels = [level for level in continuation(sound) if level.steps.stiffness <= model.errors.steps.stiffness]
     baseline, moved = model.baseline, model.baseline.vector
-    moved[: baseline.of_laws.start] += score.change[: baseline.of_laws.start]
+    # No farther than a fit goes in one step: where the model does not follow the data, first order goes anywhere.
+    largest = baseline.base.blocks(baseline.base.joints).pack(LARGEST_STEP)
+    moved[: len(largest)] += np.clip(score.change[: len(largest)], -largest, largest)
     moved = np.clip(moved, *(baseline_bounds(baseline, side) for side in (0, 1)))
     return Begun(baseline.with_vector(moved), (*model.hypotheses, score.hypothesis), tuple(levels) or (sound,))
 

@@ -148,9 +148,11 @@ def _one_more(
     evidence, harmonics = data
     report("scoring causes" if not model.hypotheses else f"scoring causes beside {model.name}")
     begin = _following(evidence, harmonics, model)
-    left, follows = {} if time_is_up() else _beside(model, causes), begin is model
-    scores, tolerances, begin = score_causes(evidence, harmonics, begin, left, errors=model.errors, refitted=follows)
-    before = begin if follows else _weighed(evidence, harmonics, model, tolerances)
+    left = {} if time_is_up() else _beside(model, causes)
+    # With a cause it was fitted beside what sound rigs have before.
+    anew = begin is model and not model.hypotheses
+    scores, tolerances, begin = score_causes(evidence, harmonics, begin, left, errors=model.errors, refitted=anew)
+    before = begin if anew else _weighed(evidence, harmonics, model, tolerances)
     rivals: tuple[FittedModel, ...] = ()
     if len(model.hypotheses) < most:
         race = Race(evidence, harmonics, tolerances, effort)
@@ -256,10 +258,7 @@ def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, mode
 
     These say best where the resonances are, and a cause explains what they should not need.
     """
-    if (
-        model.errors.steps.stiffness < LIMITS.search_follows
-        and model.errors.broadband.stiffness < LIMITS.search_follows
-    ):
+    if model.errors.of_stiffness < LIMITS.search_follows:
         return model
     start, hypotheses = model.baseline, model.hypotheses
     loose = continuation(sound_errors(evidence))[0]
