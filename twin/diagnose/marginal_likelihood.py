@@ -89,6 +89,9 @@ class MarginalLikelihood:
         rows = np.column_stack([residual, jacobian])
         self.columns = ResidualColumns.of(rows, problem.blocks, problem.held).beside(tolerances)
         count = tolerances.count
+        # The law is in no broadband run, and the unknowns in no harmonics: their products are nothing.
+        self._felt = {kind: self.columns.felt(kind) for kind in KINDS}
+        self._of_kind = {kind: self.columns.select(felt) for kind, felt in self._felt.items()}
         self._away = np.append(x - problem.mean, np.zeros(count))
         self._problem = problem
         self._precision = block_diag(problem.precision, np.eye(count))
@@ -112,10 +115,12 @@ class MarginalLikelihood:
         key = (kind, getattr(errors, kind))
         if key not in self._known:
             whitenings = self.whitenings(kind, errors)
-            white = self.columns.white(kind, whitenings)
+            white = self._of_kind[kind].white(kind, whitenings)
+            products, felt = np.zeros((self.columns.count, self.columns.count)), self._felt[kind]
+            products[np.ix_(felt, felt)] = white.T @ white
             parts = 1 if kind == "steps" else 2
             determinant = parts * sum(whitening.log_determinant() for whitening in whitenings)
-            self._known[key] = white.T @ white, determinant
+            self._known[key] = products, determinant
         return self._known[key]
 
     def _sums(self, errors: ErrorModel) -> tuple[Array, Array, float]:

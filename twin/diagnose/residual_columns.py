@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twin.arrays import Array
 from twin.identify.residuals.linearisation import Linearisation
@@ -64,11 +65,24 @@ class ResidualColumns:
             np.concatenate([self.harmonics, others.harmonics], axis=-1),
         )
 
+    def of_kind(self, kind: str) -> tuple[Array, ...]:
+        """Those of one kind of data."""
+        return self.broadband if kind == "broadband" else (getattr(self, kind),)
+
+    def felt(self, kind: str) -> NDArray[np.int64]:
+        """Numbers of the columns that are not zero in one kind of data."""
+        each = [np.any(values, axis=tuple(range(values.ndim - 1))) for values in self.of_kind(kind)]
+        return np.flatnonzero(np.any(each, axis=0)) if each else np.zeros(0, np.int64)
+
+    def select(self, numbers: NDArray[np.int64]) -> ResidualColumns:
+        """Some of them."""
+        broadband = tuple(values[..., numbers] for values in self.broadband)
+        return ResidualColumns(broadband, self.steps[..., numbers], self.harmonics[..., numbers])
+
     def white(self, kind: str, whitenings: tuple[Whitening, ...]) -> Array:
         """Those of one kind of data whitened (r, k); a complex number counts as two real ones."""
-        blocks = self.broadband if kind == "broadband" else (getattr(self, kind),)
         found = [np.zeros((0, self.count))]
-        for values, whitening in zip(blocks, whitenings, strict=False):
+        for values, whitening in zip(self.of_kind(kind), whitenings, strict=False):
             white = whitening.columns(values)
             found.append(real_ones(white) if np.iscomplexobj(white) else white)
         return np.vstack(found)

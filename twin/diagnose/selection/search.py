@@ -147,16 +147,18 @@ def _one_more(
     """Forward: the model against those with one more cause."""
     evidence, harmonics = data
     report("scoring causes" if not model.hypotheses else f"scoring causes beside {model.name}")
-    begin = _following(evidence, harmonics, model)
+    begin, follows = _following(evidence, harmonics, model), _follows(model)
     left = {} if time_is_up() else _beside(model, causes)
     # With a cause it was fitted beside what sound rigs have before.
-    anew = begin is model and not model.hypotheses
+    anew = follows and not model.hypotheses
     scores, tolerances, begin = score_causes(evidence, harmonics, begin, left, errors=model.errors, refitted=anew)
-    before = begin if anew else _weighed(evidence, harmonics, model, tolerances)
+    before = begin if anew else _weighed(data, model, tolerances, as_it_is=not follows)
     rivals: tuple[FittedModel, ...] = ()
     if len(model.hypotheses) < most:
         race = Race(evidence, harmonics, tolerances, effort)
         rivals = fitted_rivals(race, begin, before, scores, report)
+    if not follows and not any(map(_follows, rivals)):  # else it is too far behind to matter
+        before = _weighed(data, model, tolerances)
     if _lead(evidence, rivals, before) and _gained_by_the_last(evidence, rivals[0]) < least_gain(evidence):
         before = likeliest((before, _without_the_last(data, rivals[0], tolerances)))
     complete = not time_is_up()
@@ -192,7 +194,7 @@ def _without_the_last(data: _Reduced, whole: FittedModel, tolerances: ResidualCo
 
     A cause gains by what it explains, not by a better minimum of all else that its fit came to.
     """
-    return _weighed(*data, replace(whole, hypotheses=whole.hypotheses[:-1]), tolerances)
+    return _weighed(data, replace(whole, hypotheses=whole.hypotheses[:-1]), tolerances)
 
 
 def _one_less(
@@ -214,7 +216,7 @@ def _one_less(
         scores, tolerances, simpler = score_causes(
             evidence, harmonics, simpler, _beside(simpler, causes), refitted=True
         )
-        whole = _weighed(evidence, harmonics, model, tolerances)
+        whole = _weighed(data, model, tolerances)
         if log_weight(evidence, simpler) > log_weight(evidence, whole):
             found.append((simpler, whole, scores, tolerances))
     if not found:
@@ -253,12 +255,17 @@ def _with_any_error(data: _Reduced, model: FittedModel, tolerances: ResidualColu
     return infer_errors(problem, tolerances, free=True)[1]
 
 
+def _follows(model: FittedModel) -> bool:
+    """Whether its resonances are where those of the data are."""
+    return bool(model.errors.of_stiffness < LIMITS.search_follows)
+
+
 def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel) -> FittedModel:
     """The model as causes are scored: where it does not follow the data, with natural frequencies of their own.
 
     These say best where the resonances are, and a cause explains what they should not need.
     """
-    if model.errors.of_stiffness < LIMITS.search_follows:
+    if _follows(model):
         return model
     start, hypotheses = model.baseline, model.hypotheses
     loose = continuation(sound_errors(evidence))[0]
@@ -268,13 +275,13 @@ def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, mode
     return fit
 
 
-def _weighed(
-    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, tolerances: ResidualColumns
-) -> FittedModel:
-    """The model with its log evidence beside what sound rigs have of every cause."""
-    return fit_with_errors(
-        evidence, harmonics, model.baseline, model.hypotheses, errors=model.errors, tolerances=tolerances
-    )
+def _weighed(data: _Reduced, model: FittedModel, tolerances: ResidualColumns, *, as_it_is: bool = False) -> FittedModel:
+    """The model with its log evidence beside what sound rigs have of every cause: fitted beside that, or as it is."""
+    if as_it_is:
+        problem = FitProblem(*data, model.baseline, model.hypotheses, errors=model.errors)
+        errors, log_evidence = infer_errors(problem, tolerances)
+        return replace(model, errors=errors, log_evidence=log_evidence)
+    return fit_with_errors(*data, model.baseline, model.hypotheses, errors=model.errors, tolerances=tolerances)
 
 
 def _harmonics(evidence: MeasuredData, model: FittedModel) -> HarmonicResiduals | None:
