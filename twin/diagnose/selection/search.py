@@ -16,6 +16,7 @@ from twin.diagnose.selection.racing import USUAL, Effort, Race, likeliest
 from twin.diagnose.selection.rivals import Report, fitted_rivals
 from twin.diagnose.selection.score_test import Score, score_causes
 from twin.identify.base_fit import fit_base
+from twin.identify.frequency_shifts import SHIFT
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.error_model import continuation
 from twin.identify.residuals.harmonics import harmonic_residuals
@@ -257,11 +258,11 @@ def _with_any_error(data: _Reduced, model: FittedModel, tolerances: ResidualColu
 
 def _follows(model: FittedModel) -> bool:
     """Whether its resonances are where those of the data are."""
-    return bool(model.errors.of_stiffness < LIMITS.search_follows)
+    return max(model.errors.steps.stiffness, model.errors.broadband.stiffness) < LIMITS.search_follows
 
 
 def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel) -> FittedModel:
-    """The model as causes are scored: where it does not follow the data, with natural frequencies of their own.
+    """The model as causes are scored: where it does not follow the data, each run with natural frequencies of its own.
 
     These say best where the resonances are, and a cause explains what they should not need.
     """
@@ -269,6 +270,7 @@ def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, mode
         return model
     start, hypotheses = model.baseline, model.hypotheses
     loose = continuation(sound_errors(evidence))[0]
+    loose = replace(loose, shifts=loose.frequency / SHIFT)
     for _ in range(2):
         fit = fit_model(evidence, harmonics, start, hypotheses, errors=loose, iterations=15, tolerance=2.0)
         start, hypotheses = fit.baseline, fit.hypotheses

@@ -91,19 +91,13 @@ class ErrorModel:
             harmonics=sizes[OF_HARMONICS], shifts=sizes[OF_SHIFTS], roughness=(sizes[OF_SOFTENING], sizes[OF_LOSS]),
         )  # fmt: skip
 
-    @property
-    def of_stiffness(self) -> float:
-        """The largest error of a mode's stiffness in any data: as natural frequencies shift, it is twice as much."""
-        return max(self.steps.stiffness, self.broadband.stiffness, 2 * SHIFT * self.shifts)
-
     def loosened(self, stiffness: float, frequency: float, moduli: float) -> ErrorModel:
         """The same with errors of stiffness no smaller than this, and of ratios three times that."""
         steps, broadband = (
             Discrepancy(max(own.stiffness, stiffness), max(own.ratio, 3 * stiffness))
             for own in (self.steps, self.broadband)
         )
-        shifts = max(self.shifts, frequency / SHIFT)
-        return replace(self, steps=steps, broadband=broadband, frequency=frequency, moduli=moduli, shifts=shifts)
+        return replace(self, steps=steps, broadband=broadband, frequency=frequency, moduli=moduli)
 
     def shift_precision(self, about: NDArray[np.int64]) -> Array:
         """Precision (k, k) of shifts, see :func:`~twin.identify.frequency_shifts.swept_modes`.
