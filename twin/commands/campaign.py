@@ -69,7 +69,7 @@ def command(
     """Hide causes in virtual rigs, record them, diagnose from the recordings alone, and count.
 
     Each case draws a cause's size and place, and what no experimenter knows of a rig anyway (E', G', damping, the
-    joint's law).  A case takes half a minute to a minute on one core.  Interrupted, the same command goes on where it
+    joint's law).  A case takes a minute or two on one core.  Interrupted, the same command goes on where it
     ended, and with more seeds or strengths it adds to what is there.  With several rigs, each has a folder of its own,
     is given those causes only that it can have, and one table counts by rig and cause.
     """
