@@ -51,7 +51,7 @@ def fitted_rivals(
     sound = sound_errors(evidence)
     if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (before,)))):
         again = [*promising, *_elsewhere(scores, promising, effort)]
-    again = [_at_full_size(evidence, rival) if rival.cause.tried_at_full_size else rival for rival in again]
+    again = [begun for rival in again for begun in _at_full_size(evidence, rival)]
     if again and not time_is_up():
         report(f"beginning beside no law: {', '.join(dict.fromkeys(rival.key for rival in again))}")
         begun = parallel_map(_beside_no_law, (evidence, race.harmonics, model), [(rival,) for rival in again])
@@ -121,14 +121,17 @@ def _elsewhere(scores: Sequence[Score], promising: Sequence[CauseHypothesis], ef
     return found[: effort.rivals]
 
 
-def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseHypothesis:
-    """The same with the strength that such an effect usually has."""
-    strengths = strengths_of(hypothesis.cause.parameters(evidence, hypothesis.label))
-    if not strengths:
-        return hypothesis
-    main = strengths[0]
-    full = main.null + np.copysign(main.scale, hypothesis.values[main.name] - main.null)
-    return replace(hypothesis, values={**hypothesis.values, main.name: float(np.clip(full, main.lower, main.upper))})
+def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> list[CauseHypothesis]:
+    """The same with the strength that such an effect usually has, if it is to be; with its usual threshold, too."""
+    if not hypothesis.cause.tried_at_full_size:
+        return [hypothesis]
+    parameters = hypothesis.cause.parameters(evidence, hypothesis.label)
+    values = dict(hypothesis.values)
+    for main in strengths_of(parameters)[:1]:
+        full = main.null + np.copysign(main.scale, values[main.name] - main.null)
+        values[main.name] = float(np.clip(full, main.lower, main.upper))
+    usual = values | {p.name: p.starts[0] for p in parameters if p.is_threshold}
+    return [replace(hypothesis, values=each) for each in ([values, usual] if usual != values else [values])]
 
 
 def _beside_the_law(evidence: MeasuredData, model: FittedModel, score: Score) -> Begun:
