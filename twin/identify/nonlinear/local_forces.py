@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,11 +23,11 @@ from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import NoiseMotion, NonlinearForce
 from twin.identify.nonlinear.balance import Added, Balance, log_amplitudes
-from twin.identify.nonlinear.balance_kernel import settle, turn
+from twin.identify.nonlinear.balance_kernel import NewtonLimits, PackedSliders, Ports, Turn, settle, turn
 from twin.identify.nonlinear.joint_law import LayerLaw, packed_laws
 from twin.identify.slipping import RIPPLES, Slider, common_spring
 
-TURNS, SETTLED = 15, 1e-9
+NEWTON = NewtonLimits(15, 1e-9, LIMITS.local_longest, LIMITS.local_shortest)
 
 
 @dataclass(frozen=True)
@@ -91,32 +90,6 @@ class Influence:
 
     motion: Array
     response: Array
-
-
-@dataclass(frozen=True)
-class _Turn:
-    """Motion and stiffness (s, n) at assumed amplitudes, what these miss, and Newton's step."""
-
-    motion: Array
-    stiffness: Array
-    gap: Array
-    step: Array
-
-    @staticmethod
-    def of(log_a: Array) -> _Turn:
-        """Room for one."""
-        shape = log_a.shape
-        return _Turn(np.empty(shape, complex), np.empty(shape, complex), np.empty(shape), np.empty(shape))
-
-    @property
-    def worst(self) -> Array:
-        """Largest of what each step misses, (s,)."""
-        return np.asarray(np.max(np.abs(self.gap), axis=1))
-
-    def take(self, other: _Turn, rows: Array) -> None:
-        """Copy some rows."""
-        for name in ("motion", "stiffness", "gap", "step"):
-            getattr(self, name)[rows] = getattr(other, name)[rows]
 
 
 @dataclass(frozen=True)
@@ -214,39 +187,34 @@ class LocalForces:
             *packed_laws(laws, self.joint), self.weights, around.among, around.driven, around.reference,
             around.to_reference, around.amplitude, added.stiffness, added.growth, added.log_amplitude,
         )  # fmt: skip
-        rig: tuple[Any, ...] = tuple(np.ascontiguousarray(a) for a in arrays)  # one layout, one compilation
+        ports = Ports(*(np.ascontiguousarray(a) for a in arrays))  # one layout, one compilation
         sliders = [force.slider for force in self.forces if force.slider]
         if len(sliders) == len(self.forces):
             z, k = np.empty((2, *around.driven.shape), complex)
-            worst = np.empty(len(omega))
-            kinds = self._as_arrays(sliders, omega)
-            settle(
-                *rig, *kinds, log_a, z, k, worst, TURNS, SETTLED,
-                LIMITS.local_longest, LIMITS.local_shortest, LIMITS.local_difference,
-            )  # type: ignore[call-arg]  # fmt: skip
+            worst = settle(ports, self._packed(sliders, omega), NEWTON, log_a, z, k)
             return Balance(z, k, added, worst, self.ripples)
-        now = _Turn.of(log_a)
-        self._turn(rig, omega, log_a, np.arange(len(omega)), now)
-        worst, share, trial = now.worst, np.ones(len(omega)), _Turn.of(log_a)
-        for _ in range(TURNS):
-            rows = np.flatnonzero(~(worst <= SETTLED))
+        now = Turn.of(log_a)
+        self._turn(ports, omega, log_a, np.arange(len(omega)), now)
+        worst, share, trial = now.worst, np.ones(len(omega)), Turn.of(log_a)
+        for _ in range(NEWTON.turns):
+            rows = np.flatnonzero(~(worst <= NEWTON.settled))
             if not len(rows):
                 break
-            assumed = log_a + share[:, None] * np.clip(now.step, -LIMITS.local_longest, LIMITS.local_longest)
-            self._turn(rig, omega, assumed, rows, trial)
+            assumed = log_a + share[:, None] * np.clip(now.step, -NEWTON.longest, NEWTON.longest)
+            self._turn(ports, omega, assumed, rows, trial)
             left = trial.worst
-            better = rows[(left[rows] < worst[rows]) | (share[rows] <= LIMITS.local_shortest)]
+            better = rows[(left[rows] < worst[rows]) | (share[rows] <= NEWTON.shortest)]
             log_a[better], worst[better] = assumed[better], left[better]
             now.take(trial, better)
             share[rows] /= 4.0
             share[better] = 1.0
         return Balance(now.motion, now.stiffness, added, worst, self.ripples)
 
-    def _turn(self, rig: tuple[Array, ...], omega: Array, log_a: Array, rows: Array, out: _Turn) -> None:
+    def _turn(self, ports: Ports, omega: Array, log_a: Array, rows: Array, out: Turn) -> None:
         """Fill in `out` at some rows, for assumed log amplitudes."""
         own, growth = np.empty((2, len(log_a), len(self.forces)), complex)
         own[rows], growth[rows] = self._with_growth(np.exp(log_a[rows, 2 * self.points :]), omega[rows], rows)
-        turn(*rig, own, growth, log_a, rows, out.motion, out.stiffness, out.gap, out.step)  # type: ignore[call-arg]
+        turn(ports, own, growth, log_a, rows, out)
 
     def follow(
         self, laws: Sequence[LayerLaw], amplitude: Array, omega: Array, influence: Influence, motion: Array,
@@ -310,15 +278,14 @@ class LocalForces:
             return ()
         return (self.ripples[rows, number],)
 
-    def _as_arrays(self, sliders: Sequence[Slider], omega: Array) -> tuple[Array, Array, Array]:
-        """Stiffness and slip force (m, 2) of each; what it slips into (s, m, 3), and what that has in common (s, m)."""
+    def _packed(self, sliders: Sequence[Slider], omega: Array) -> PackedSliders:
         values, compliance = np.empty((len(sliders), 2)), np.empty((len(omega), len(sliders), len(RIPPLES)), complex)
         common = np.empty((len(omega), len(sliders)))
         for i, slider in enumerate(sliders):
             values[i] = slider.stiffness, slider.slip_force
             compliance[:, i] = slider.compliance(omega) if self.ripples is None else self.ripples[:, i]
             common[:, i] = common_spring(compliance[:, i])
-        return values, compliance, common
+        return PackedSliders(values, compliance, common, LIMITS.local_difference)
 
 
 def _turned(motion: Array, count: int) -> Array:
