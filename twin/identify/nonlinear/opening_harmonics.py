@@ -178,11 +178,10 @@ def balance_openings(
 
     def settle(rows: NDArray[np.int64], share: float) -> None:
         """Balance these steps with a share of what is lost."""
-        driven, *out = _one_layout(*(array[rows] for array in (openings.driven, X, force, more, unsettled)))
+        driven, motion = _one_layout(openings.driven[rows], X[rows])
         less = layer._replace(slap=layer.slap * [share, 1.0, 1.0])
-        balance(_around(openings, rows), driven, less, *out, TURNS, LIMITS.opening_balanced, SHORTEST)  # type: ignore[call-arg]
-        for array, values in zip((X, force, more, unsettled), out, strict=True):
-            array[rows] = values
+        found = balance(_around(openings, rows), driven, less, motion, TURNS, LIMITS.opening_balanced, SHORTEST)
+        X[rows], force[rows], more[rows], unsettled[rows] = motion, *found
 
     settle(np.arange(len(a)), 1.0)
     stuck = np.flatnonzero(unsettled > LIMITS.opening_stuck)
@@ -292,9 +291,8 @@ def _taken_off(
 ) -> Array:
     """What a unit of softening at each knot takes off the force along a period: amounts of waves, (s, p, m, n)."""
     (x, off, slope), m = table, len(onto)
-    projected = np.empty((*opening.shape[:2], 2 * m, off.shape[1]))
-    parts = np.vstack([onto.real, onto.imag])
-    by_softening(*_one_layout(opening, lost, gap), x[1], off, slope, *_one_layout(parts), projected)  # type: ignore[call-arg]
+    opening, lost, gap, parts = _one_layout(opening, lost, gap, np.vstack([onto.real, onto.imag]))
+    projected = by_softening(opening, lost, gap, x[1], off, slope, parts)
     return np.asarray(-weight[:, :, None, None] * (projected[:, :, :m] + 1j * projected[:, :, m:]))
 
 
