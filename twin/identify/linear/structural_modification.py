@@ -67,7 +67,8 @@ class PortPairs:
         out = np.empty((len(omega), count, count), complex)
         springs = np.ascontiguousarray(S, complex)
         first = 0 if inner else S.shape[1]
-        _receptance(out, np.asarray(omega, complex), basis.omega, basis.zeta, self.terms, springs, self.places, first)
+        poles = basis.omega, basis.zeta
+        _receptance(out, np.asarray(omega, complex), poles, self.terms, springs, self.places, first)
         return out
 
 
@@ -101,7 +102,7 @@ LANES = 16
 
 @numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTER)
 def _receptance(
-    out: Array, omega: Array, omega_r: Array, zeta: Array, terms: Array, S: Array, places: Any, first: int
+    out: Array, omega: Array, poles: tuple[Array, Array], terms: Array, S: Array, places: Any, first: int
 ) -> None:
     """Fill in `out` between the ports from the `first` one on, which is 0 or the number of springs; NaN elsewhere.
 
@@ -117,7 +118,7 @@ def _receptance(
             w[n] = omega[f]
             for k in range(springs):
                 spring[k, n], spring[k, LANES + n] = S[f, k].real, S[f, k].imag
-        _factors(factors, w, omega_r, zeta)
+        _factors(factors, w, *poles)
         np.dot(terms, factors, R)
         for k in range(springs):
             _put_in(R, spring[k], k, 0 if first == 0 else k + 1, column, scaled)
