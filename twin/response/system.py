@@ -17,6 +17,13 @@ from twin.bench.linear import Poles
 from twin.response.aft import fourier_basis
 
 
+class SineDrive(NamedTuple):
+    """Frequency (rad/s) and amplitude of the drive."""
+
+    w: float
+    amplitude: float
+
+
 class Addresses(NamedTuple):
     """Of kernels, by their names, for :data:`twin.joint.calling.call_kernel`."""
 
