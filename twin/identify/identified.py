@@ -17,8 +17,6 @@ from twin.identify.rms import relative_error_percent
 from twin.identify.updated_rig import updated_rig
 from twin.rigs import Rig
 
-__all__ = ["Estimate", "Identified", "identify_rig"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Identified:

@@ -29,8 +29,6 @@ from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records
 from twin.identify.spectra.sweeps import rows_by_sweep
 from twin.rigs import Place, Rig, Shaker, nearest_preload, recorded_preload
 
-__all__ = ["Known", "MeasuredData", "StepArrays", "common_preload", "gather_data", "response_outputs"]
-
 
 class Known(Protocol):
     """Something that a rig file knows to differ from its structure and joint."""

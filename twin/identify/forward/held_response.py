@@ -31,8 +31,6 @@ from twin.identify.nonlinear.opening_harmonics import (
 )
 from twin.identify.slipping import RIPPLES
 
-__all__ = ["HeldRig", "HeldStates"]
-
 CHUNK = 4096
 HARMONIC_TURNS = 2
 """Each leaves some twentieth of what harmonics add, most where a harmonic meets another resonance."""

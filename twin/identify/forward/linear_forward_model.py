@@ -12,8 +12,6 @@ from twin.identify.model_modification import ModelModification
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.structure import points_of_joints
 
-__all__ = ["LinearForwardModel"]
-
 
 class LinearForwardModel:
     """The nominal rig of `evidence` with an extension beside what is known of it, without the joint's law.

@@ -8,8 +8,6 @@ import numpy as np
 
 from twin.arrays import Array
 
-__all__ = ["Added", "Balance", "log_amplitudes"]
-
 
 def log_amplitudes(amplitude: Array) -> Array:
     """Their logarithms, finite where nothing moves."""

@@ -14,10 +14,8 @@ from twin.arrays import Array
 from twin.identify.slipping import LEAST_SLIP, RIPPLES, room_to_slide, slide
 from twin.joint.elimination import COMPILED, eliminate, eliminate_columns
 
-__all__ = ["NewtonLimits", "PackedSliders", "Ports", "Turn", "settle", "turn"]
 
-
-class Ports(NamedTuple):
+class PackedPorts(NamedTuple):
     """What acts at n ports beside the nonlinear forces, and the rig around them, at s steps.
 
     Attributes
@@ -109,7 +107,7 @@ class _Room(NamedTuple):
 
 
 @COMPILED
-def turn(ports: Ports, own: Array, growth: Array, log_a: Array, rows: Array, out: Turn) -> None:
+def turn(ports: PackedPorts, own: Array, growth: Array, log_a: Array, rows: Array, out: Turn) -> None:
     """Motion and stiffness of some steps at assumed amplitudes, what these miss, and Newton's step.
 
     Parameters
@@ -130,7 +128,7 @@ def turn(ports: Ports, own: Array, growth: Array, log_a: Array, rows: Array, out
 
 
 @COMPILED
-def settle(ports: Ports, sliders: PackedSliders, limits: NewtonLimits, log_a: Array, z: Array, k: Array) -> Array:
+def settle(ports: PackedPorts, sliders: PackedSliders, limits: NewtonLimits, log_a: Array, z: Array, k: Array) -> Array:
     """The same to the end, where all nonlinear forces are sliders: `log_a` is moved to where nothing is missed.
 
     A step that does not help is shortened, down to the `shortest` share; no logarithm moves by more than `longest`.
@@ -205,7 +203,7 @@ def _slide_all(
 
 
 @COMPILED
-def _turn_one(ports: Ports, s: int, own: Array, growth: Array, log_a: Array, out: Turn, room: _Room) -> None:
+def _turn_one(ports: PackedPorts, s: int, own: Array, growth: Array, log_a: Array, out: Turn, room: _Room) -> None:
     """:func:`turn` at one step, whose rows `own`, `growth`, `log_a` and `out` are."""
     weights, more, more_growth, more_at = ports.weights[s], ports.more[s], ports.more_growth[s], ports.more_at[s]
     among, driven, to_reference = ports.among[s], ports.driven[s], ports.to_reference[s]

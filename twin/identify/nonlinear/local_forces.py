@@ -23,7 +23,7 @@ from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import NoiseMotion, NonlinearForce
 from twin.identify.nonlinear.balance import Added, Balance, log_amplitudes
-from twin.identify.nonlinear.balance_kernel import NewtonLimits, PackedSliders, Ports, Turn, settle, turn
+from twin.identify.nonlinear.balance_kernel import NewtonLimits, PackedPorts, PackedSliders, Turn, settle, turn
 from twin.identify.nonlinear.joint_law import LayerLaw, packed_laws
 from twin.identify.slipping import RIPPLES, Slider, common_spring
 
@@ -187,7 +187,7 @@ class LocalForces:
             *packed_laws(laws, self.joint), self.weights, around.among, around.driven, around.reference,
             around.to_reference, around.amplitude, added.stiffness, added.growth, added.log_amplitude,
         )  # fmt: skip
-        ports = Ports(*(np.ascontiguousarray(a) for a in arrays))  # one layout, one compilation
+        ports = PackedPorts(*(np.ascontiguousarray(a) for a in arrays))  # one layout, one compilation
         sliders = [force.slider for force in self.forces if force.slider]
         if len(sliders) == len(self.forces):
             z, k = np.empty((2, *around.driven.shape), complex)
@@ -210,7 +210,7 @@ class LocalForces:
             share[better] = 1.0
         return Balance(now.motion, now.stiffness, added, worst, self.ripples)
 
-    def _turn(self, ports: Ports, omega: Array, log_a: Array, rows: Array, out: Turn) -> None:
+    def _turn(self, ports: PackedPorts, omega: Array, log_a: Array, rows: Array, out: Turn) -> None:
         """Fill in `out` at some rows, for assumed log amplitudes."""
         own, growth = np.empty((2, len(log_a), len(self.forces)), complex)
         own[rows], growth[rows] = self._with_growth(np.exp(log_a[rows, 2 * self.points :]), omega[rows], rows)

@@ -11,8 +11,6 @@ import numpy as np
 from twin.arrays import Array
 from twin.joint.elimination import COMPILED, eliminate, eliminate_columns
 
-__all__ = ["Around", "Layer", "balance", "by_softening", "follow", "force_at", "growth"]
-
 
 class Around(NamedTuple):
     """The openings and what surrounds them, as in :class:`twin.identify.nonlinear.opening_harmonics.Openings`."""

@@ -26,8 +26,6 @@ from twin.identify.responses.reduction import reduce_responses
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.rigs import Rig
 
-__all__ = ["Gathered", "gather_responses"]
-
 
 @dataclass(frozen=True)
 class Gathered:

@@ -16,8 +16,6 @@ from twin.identify.linear.linear_model import LinearModel, LinearParameters
 from twin.identify.responses.limits import LIMITS
 from twin.identify.spectra.broadband import BinnedResponse
 
-__all__ = ["Followed", "follow"]
-
 
 @dataclass(frozen=True)
 class Followed:

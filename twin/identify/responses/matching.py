@@ -15,8 +15,6 @@ from twin.rigs import BeamPart, Place, Rig
 from twin.rigs.matrices.found import ORDER_LIMIT
 from twin.rigs.node_tables import read_node_table
 
-__all__ = ["Matched", "match_responses"]
-
 Vector = tuple[float, float, float]
 
 

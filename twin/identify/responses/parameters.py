@@ -9,8 +9,6 @@ from twin.identify.responses.limits import LIMITS
 from twin.rigs import BeamPart, Rig, StructureRig, Support
 from twin.rigs.layout import Spring
 
-__all__ = ["UpdatedParameter", "parameters_of"]
-
 
 @dataclass(frozen=True)
 class UpdatedParameter:

@@ -24,8 +24,6 @@ from twin.rigs import Place, Rig, StructureRig
 from twin.structure import assemble, normal_modes, rigid_motions
 from twin.structure.modes import MOST_RIGID
 
-__all__ = ["FrequencyPair", "Updated", "UpdatedValue", "update_rig"]
-
 
 @dataclass(frozen=True)
 class UpdatedValue:
@@ -209,6 +207,7 @@ def modes_of(rig: Rig, preload: str, places: Sequence[Place], *, count: int = ID
 
 
 def applied(rig: Rig, parameters: Sequence[UpdatedParameter], x: Array) -> Rig:
+    """The rig with its parameters at these values."""
     for parameter, value in zip(parameters, x, strict=True):
         rig = parameter.apply(rig, float(value))
     return rig

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.identify.nonlinear.balance_kernel import NewtonLimits, PackedSliders, Ports, Turn, settle, turn
+from twin.identify.nonlinear.balance_kernel import NewtonLimits, PackedPorts, PackedSliders, Turn, settle, turn
 from twin.identify.nonlinear.joint_law import LayerLaw, packed_laws, spline_basis
 
 STEPS, POINTS = 40, 3
@@ -57,7 +57,7 @@ def test_a_turn_is_the_plain_one(forces):
     own, growth = (1e5 * (rng.standard_normal((STEPS, forces)) + 0.3j) for _ in range(2))
     log_a = rng.uniform(np.log(1e-9), np.log(3e-5), (STEPS, n))
     out = Turn.of(log_a)
-    packed = Ports(*packed_laws((LAW,), np.zeros(POINTS, int)), weights, *map(np.ascontiguousarray, ports))
+    packed = PackedPorts(*packed_laws((LAW,), np.zeros(POINTS, int)), weights, *map(np.ascontiguousarray, ports))
     turn(packed, own, growth, log_a, np.arange(STEPS), out)
     for s in range(STEPS):
         rows = (values[s] for values in (weights, *ports, own, growth, log_a))
@@ -91,7 +91,7 @@ def test_what_it_settles_at_is_the_plain_fixed_point_and_where_nothing_is_missed
     start = np.abs(driven / reading[:, None] * amplitude[:, None])
     log_a = np.log(start)
     z, k = np.empty((2, STEPS, n), complex)
-    packed = Ports(*packed_laws((LAW,), np.zeros(POINTS, int)), weights, *map(np.ascontiguousarray, ports))
+    packed = PackedPorts(*packed_laws((LAW,), np.zeros(POINTS, int)), weights, *map(np.ascontiguousarray, ports))
     none = PackedSliders(np.zeros((0, 2)), np.zeros((STEPS, 0, 3), complex), np.zeros((STEPS, 0)), 1e-5)
     worst = settle(packed, none, NewtonLimits(60, 1e-10, 0.7, 1 / 64), log_a, z, k)
     assert np.all(worst < 1e-10)
