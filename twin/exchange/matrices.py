@@ -7,6 +7,7 @@ import csv
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from scipy.io import mmwrite
@@ -54,23 +55,14 @@ def write_matrices(
     with ExitStack() as files:
         parts = [files.enter_context(whole_file(path)) for path in (mass, stiffness, nodes)]
         for path, part, name, matrix in ((mass, parts[0], "M", structure.M), (stiffness, parts[1], "K", K)):
-            SUFFIXES[path.suffix.lower()](part, name, (matrix + matrix.T) / 2)
+            with part.open("wb") as stream:
+                SUFFIXES[path.suffix.lower()](stream, name, (matrix + matrix.T) / 2)
         with parts[2].open("w", newline="", encoding="utf-8") as table:
             csv.writer(table, lineterminator="\n").writerows([HEAD, *named_rows(structure)])
     return len(K)
 
 
-def _market(path: Path, name: str, matrix: Array) -> None:
-    with path.open("wb") as stream:
-        mmwrite(stream, csr_array(matrix), comment=name, symmetry="symmetric", precision=17)
-
-
-def _npz(path: Path, name: str, matrix: Array) -> None:
-    with path.open("wb") as stream:
-        save_npz(stream, csr_array(matrix))
-
-
-def _op4(path: Path, name: str, matrix: Array) -> None:
+def _op4(stream: BinaryIO, name: str, matrix: Array) -> None:
     """As text, column by column from the first to the last number that is not zero."""
     n = len(matrix)
     lines = [f"{n:8d}{n:8d}{SYMMETRIC:8d}{REAL_DOUBLE:8d}{name:<8s}1P,{DIGITS}E23.16"]
@@ -82,8 +74,12 @@ def _op4(path: Path, name: str, matrix: Array) -> None:
             texts = [f"{value:23.16E}" for value in values]
             lines += ["".join(texts[at : at + DIGITS]) for at in range(0, len(texts), DIGITS)]
     lines += [f"{n + 1:8d}{1:8d}{1:8d}", f"{1.0:23.16E}"]
-    path.write_text("\n".join(lines) + "\n", encoding="ascii")
+    stream.write(("\n".join(lines) + "\n").encode("ascii"))
 
 
-SUFFIXES: dict[str, Callable[[Path, str, Array], None]] = {".mtx": _market, ".npz": _npz, ".op4": _op4}
+SUFFIXES: dict[str, Callable[[BinaryIO, str, Array], None]] = {
+    ".mtx": lambda to, name, A: mmwrite(to, csr_array(A), comment=name, symmetry="symmetric", precision=17),
+    ".npz": lambda to, _, A: save_npz(to, csr_array(A)),
+    ".op4": _op4,
+}
 """Writers of matrices."""
