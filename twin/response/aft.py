@@ -271,10 +271,8 @@ def running(p: Array, row: int, c: Array, offset: float, omega: float, F: Array,
 
     Returns
     -------
-    ndarray, (n,)
-        The force's derivative by the offset,
-    ndarray, (n,)
-        and by the fundamental.
+    pair of ndarray, (n,)
+        The force's derivatives by the offset and by the fundamental.
     """
     n = c.shape[0]
     F[:] = 0.0

@@ -71,17 +71,7 @@ class Course(NamedTuple):
 
 
 class _Point(NamedTuple):
-    """Where a step along the branch begins or ends.
-
-    Attributes
-    ----------
-    z : ndarray, (N + 1,)
-        Unknowns over `size` and the parameter over its span.
-    tangent : ndarray, (N + 1,)
-        Unit tangent there.
-    size : ndarray, (N,)
-        Of the unknowns.
-    """
+    """Of the branch: unknowns over `size` and the parameter over its span, (N + 1,), and the unit tangent there."""
 
     z: Array
     tangent: Array

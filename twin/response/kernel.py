@@ -72,12 +72,8 @@ def forces(s: System, x: Array, w: float, static: Array, F: Array) -> tuple[Arra
 
     Returns
     -------
-    ndarray, (locals, locals, n, n)
-        Of force a by coordinate b.
-    ndarray, (locals, n)
-        The explicit dependence on w.
-    ndarray, (locals, locals)
-        Whether force a depends on coordinate b.
+    dF, by_w, met : ndarray, (locals, locals, n, n), (locals, n), (locals, locals)
+        Of force a by coordinate b; the explicit dependence on w; whether force a depends on coordinate b.
     """
     locals_, n = x.shape
     for a in range(locals_):

@@ -21,15 +21,10 @@ from twin.joint.kinds import FORCE_FACTOR
 
 
 class _Slopes(NamedTuple):
-    """Slopes of each law, and room for what it remembers before a step and after.
+    """Of each law's force by each memory, (laws, depth), and of each memory afterwards, (laws, depth, depth + 2).
 
-    Attributes
-    ----------
-    force : ndarray, (laws, depth)
-        By each memory.
-    memory : ndarray, (laws, depth, depth + 2)
-        Of each memory afterwards by each before, by the coordinate and by what goes with a velocity.
-    before, after : ndarray, (depth,)
+    These are by each memory before, by the coordinate and by what goes with a velocity.  Beside them, room for what one
+    law remembers before a step and after, (depth,).
     """
 
     force: Array
