@@ -12,7 +12,7 @@ import numpy as np
 from recordings.errors import InputError
 from recordings.quantities import quantity
 from recordings.run import Run
-from recordings.sweeps import sweeps
+from recordings.sweeps import measured_stretches
 from recordings.whereabouts import working_on
 from twin.arrays import Array
 from twin.identify.limits import LIMITS
@@ -277,7 +277,7 @@ def gather_data(
     reference = reference_output(model)
     changing = still_changing(states, [outputs[reference].channel], force=force)
     settled = [state for state, moves in zip(states, changing, strict=True) if not moves]
-    asked_for = sum(one.step.frequency_Hz > 0 for run in runs for sweep in sweeps(run) for one in sweep.stretches)
+    asked_for = sum(one.step.frequency_Hz > 0 for run in runs for one in measured_stretches(run))
     return MeasuredData(
         rig=rig,
         preload=preload,

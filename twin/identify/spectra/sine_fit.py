@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from recordings.run import DeviceSamples, Run, pieces
-from recordings.sweeps import Stretch, sweeps
+from recordings.sweeps import Stretch, measured_stretches
 from twin.arrays import Array
 from twin.identify.limits import LIMITS
 
@@ -134,7 +134,7 @@ def steady_states(
     channel remain: what is missing in every period, as clipped peaks are, the others cannot make good.
     """
     names = list(channels or run.channels)
-    measured = [stretch for sweep in sweeps(run) for stretch in sweep.stretches if stretch.step.frequency_Hz > 0]
+    measured = [stretch for stretch in measured_stretches(run) if stretch.step.frequency_Hz > 0]
     measured.sort(key=lambda stretch: stretch.start_ns)
     states = [_fit(run, stretch, names, position, lines or {}) for position, stretch in enumerate(measured)]
     return [state for state in states if state is not None]
