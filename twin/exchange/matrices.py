@@ -3,7 +3,6 @@
 The sensors' masses are in the mass, joints in the stiffness at their moduli of one preload.
 """
 
-import csv
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -18,13 +17,13 @@ from recordings.whole import refuse_existing, whole_file
 from twin.arrays import Array
 from twin.rigs import Rig
 from twin.rigs.matrices.op4 import SYMMETRIC
+from twin.rigs.node_tables import ROWS_OF_NODES, write_table
 from twin.structure import assemble, named_rows
 
 DIGITS = 3
 """Numbers on a line of an OUTPUT4 file."""
 REAL_DOUBLE = 2
 """Type of a matrix in OUTPUT4."""
-HEAD = ("node", "dof", "row", "x_m", "y_m", "z_m")
 
 
 def write_matrices(
@@ -57,8 +56,7 @@ def write_matrices(
         for path, part, name, matrix in ((mass, parts[0], "M", structure.M), (stiffness, parts[1], "K", K)):
             with part.open("wb") as stream:
                 SUFFIXES[path.suffix.lower()](stream, name, (matrix + matrix.T) / 2)
-        with parts[2].open("w", newline="", encoding="utf-8") as table:
-            csv.writer(table, lineterminator="\n").writerows([HEAD, *named_rows(structure)])
+        write_table(parts[2], ROWS_OF_NODES, named_rows(structure))
     return len(K)
 
 
