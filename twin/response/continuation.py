@@ -41,33 +41,24 @@ FADED = 1e-3
 
 
 class Course(NamedTuple):
-    """A way along a branch in one parameter.
-
-    Attributes
-    ----------
-    begin, end, held, by_drive
-        The parameter at both ends, and the one that is held: the amplitude of the drive and the frequency, rad/s, if
-        `by_drive`, or else the other way round.
-    span
-        Unit in which the parameter counts for the arclength.
-    step
-        Greatest arclength of a step.
-    landing
-        Whether the last point is to lie at `end`, however the branch may turn before; else it ends where it leaves the
-        band between the two.
-    tolerance, corrections
-        Of each point.
-    """
+    """A way along a branch in one parameter."""
 
     begin: float
     end: float
     held: float
     by_drive: bool
+    """The parameter at both ends, and the one that is held: the amplitude of the drive and the frequency, rad/s, if
+    `by_drive`, or else the other way round."""
     span: float
+    """Unit in which the parameter counts for the arclength."""
     step: float
+    """Greatest arclength of a step."""
     landing: bool
+    """Whether the last point is to lie at `end`, however the branch may turn before; else it ends where it leaves the
+    band between the two."""
     tolerance: float = LIMITS.balance_tolerance
     corrections: int = 12
+    """Of each point."""
 
 
 class _Point(NamedTuple):

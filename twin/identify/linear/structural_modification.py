@@ -21,23 +21,16 @@ from twin.identify.linear.receptance import ModalBasis
 
 @dataclass(frozen=True)
 class PortPairs:
-    """What of a modal basis the receptances between some ports need.
-
-    Attributes
-    ----------
-    terms : ndarray, (t, m + 2)
-        For each pair on and below the diagonal: products of both ports' modal displacements, remainder of the other
-        modes, and its part that grows with omega^2.
-    places : ndarray, (p,)
-        Which ports of the stack they are; the softened ones come first.
-    outer, stack : int
-        Number of ports in the stack that are wanted at the least, its first ones, and of all.
-    """
+    """What of a modal basis the receptances between some ports need."""
 
     terms: Array
+    """For each pair on and below the diagonal: products of both ports' modal displacements, remainder of the other
+    modes, and its part that grows with omega^2, (t, m + 2)."""
     places: NDArray[np.intp]
+    """Which ports of the stack they are; the softened ones come first, (p,)."""
     outer: int
     stack: int
+    """Number of ports in the stack that are wanted at the least, its first ones, and of all."""
 
     @classmethod
     def of(cls, basis: ModalBasis, rows: Array, places: NDArray[np.intp], *, outer: int) -> PortPairs:

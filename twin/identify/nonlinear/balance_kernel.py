@@ -16,31 +16,23 @@ from twin.joint.elimination import COMPILED, eliminate, eliminate_columns
 
 
 class PackedPorts(NamedTuple):
-    """What acts at n ports beside the nonlinear forces, and the rig around them, at s steps.
-
-    Attributes
-    ----------
-    opening, slip : ndarray, (p, 4 + 2, i)
-        Softening and loss at each point as cubics, see :func:`twin.identify.nonlinear.joint_law.packed_laws`.
-    weights : ndarray, (s, 2 p)
-        Of the layers' points.
-    among, driven, reference, to_reference, amplitude
-        As in :class:`twin.identify.nonlinear.local_forces.Surroundings`.
-    more, more_growth, more_at : ndarray, (s, n), (s, p, p), (s, p)
-        As in :class:`twin.identify.nonlinear.balance.Added`.
-    """
+    """What acts at n ports beside the nonlinear forces, and the rig around them, at s steps."""
 
     opening: Array
     slip: Array
+    """Softening and loss at each point as cubics, from :func:`~twin.identify.nonlinear.joint_law.packed_laws`."""
     weights: Array
+    """Of the layers' points, (s, 2 p)."""
     among: Array
     driven: Array
     reference: Array
     to_reference: Array
     amplitude: Array
+    """As in :class:`twin.identify.nonlinear.local_forces.Surroundings`."""
     more: Array
     more_growth: Array
     more_at: Array
+    """As in :class:`twin.identify.nonlinear.balance.Added`."""
 
 
 class Turn(NamedTuple):
@@ -69,22 +61,15 @@ class Turn(NamedTuple):
 
 
 class PackedSliders(NamedTuple):
-    """Sliders, which act at the last ports.
-
-    Attributes
-    ----------
-    values : ndarray, (m, 2)
-        Stiffness and slip force of each, as in :class:`twin.identify.slipping.Slider`.
-    compliance, common : ndarray, (s, m, 3) and (s, m)
-        What each slips into, and what that has in common, see :func:`twin.identify.slipping.common_spring`.
-    difference : float
-        Relative step of an amplitude for the derivative of a slider's stiffness.
-    """
+    """Sliders, which act at the last ports."""
 
     values: Array
+    """Stiffness and slip force of each, as in :class:`twin.identify.slipping.Slider`, (m, 2)."""
     compliance: Array
     common: Array
+    """What each slips into (s, m, 3), and the :func:`~twin.identify.slipping.common_spring` of that (s, m)."""
     difference: float
+    """Relative step of an amplitude for the derivative of a slider's stiffness."""
 
 
 class NewtonLimits(NamedTuple):

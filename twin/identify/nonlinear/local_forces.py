@@ -32,27 +32,18 @@ NEWTON = NewtonLimits(15, 1e-9, LIMITS.local_longest, LIMITS.local_shortest)
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The rig around n ports, without their forces, at s steps.
-
-    Attributes
-    ----------
-    among : ndarray, (s, n, n)
-        Receptances among the ports.
-    driven : ndarray, (s, n)
-        Displacement of the ports per drive force.
-    reference : ndarray, (s,)
-        What the reference channel reads per drive force,
-    to_reference : ndarray, (s, n)
-        and per force on each port.
-    amplitude : ndarray, (s,)
-        Complex, that channel's measured reading.
-    """
+    """The rig around n ports, without their forces, at s steps."""
 
     among: Array
+    """Receptances among the ports, (s, n, n)."""
     driven: Array
+    """Displacement of the ports per drive force, (s, n)."""
     reference: Array
+    """What the reference channel reads per drive force, (s,)."""
     to_reference: Array
+    """The same per force on each port, (s, n)."""
     amplitude: Array
+    """Complex, that channel's measured reading, (s,)."""
 
     def motion(self, stiffness: Array) -> tuple[Array, Array]:
         """Complex amplitudes (s, n) of the ports with `stiffness` (s, n) there; d log motion_i / d stiffness_j."""
@@ -78,18 +69,12 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Influence:
-    """What stiffness at the ports does.
-
-    Attributes
-    ----------
-    motion : ndarray, (s, n, n)
-        d log (complex amplitude of port i) / d (stiffness of port j).
-    response : ndarray, (s, o, n)
-        d log (response) / d (stiffness of port j).
-    """
+    """What stiffness at the ports does."""
 
     motion: Array
+    """d log (complex amplitude of port i) / d (stiffness of port j), (s, n, n)."""
     response: Array
+    """d log (response) / d (stiffness of port j), (s, o, n)."""
 
 
 @dataclass(frozen=True)
@@ -97,22 +82,16 @@ class LocalForces:
     """Forces of the joints' laws at the layers' points, openings before slips, then nonlinear forces.
 
     Each acts on its own port.
-
-    Attributes
-    ----------
-    weights : ndarray, (s, 2 p)
-        Of the layers' points at each step: a modulus times its weight is a stiffness.
-    joint : ndarray of int, (p,)
-        Whose law each point has.
-    ripples : ndarray, (s, m, 3), or None
-        Displacement of each force's port by a force there at 3, 5 and 7 times the drive's frequency, m/N, with what the
-        law does at each step; without the law's doing if not given.
     """
 
     forces: tuple[NonlinearForce, ...]
     weights: Array
+    """Of the layers' points at each step: a modulus times its weight is a stiffness, (s, 2 p)."""
     joint: NDArray[np.int64]
+    """Whose law each point has, (p,)."""
     ripples: Array | None = None
+    """Displacement of each force's port by a force there at 3, 5 and 7 times the drive's frequency, m/N, with what the
+    law does at each step; without the law's doing if not given, (s, m, 3)."""
 
     @property
     def points(self) -> int:

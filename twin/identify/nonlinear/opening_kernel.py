@@ -22,28 +22,19 @@ class Around(NamedTuple):
 
 
 class Layer(NamedTuple):
-    """The layers' forces at p points, and waves at a period's samples.
-
-    Attributes
-    ----------
-    modulus : ndarray, (p,)
-        E', N/m2.
-    orders : ndarray of int, (h,)
-        The harmonics in question; order zero, if any, comes first.
-    cosines, sines : ndarray, (n, t)
-        Of n theta at a period's samples, up to twice the highest order.
-    table : ndarray, (p, 3, g)
-        Openings evenly from zero, the layer's whole force there per weight, and its slope.
-    slap : ndarray, (p, 3)
-        Share of the stiffness that is lost beyond the gap, where the joint opens; the gap; the force at the gap.
-    """
+    """The layers' forces at p points, and waves at a period's samples."""
 
     modulus: Array
+    """E', N/m2, (p,)."""
     orders: Array
+    """The harmonics in question; order zero, if any, comes first, (h,)."""
     cosines: Array
     sines: Array
+    """Of n theta at a period's samples, up to twice the highest order, (n, t)."""
     table: Array
+    """Openings evenly from zero, the layer's whole force there per weight, and its slope, (p, 3, g)."""
     slap: Array
+    """Share of the stiffness lost beyond the gap, where the joint opens; the gap; the force at the gap, (p, 3)."""
 
 
 class _Period(NamedTuple):

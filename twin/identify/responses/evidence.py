@@ -29,30 +29,20 @@ from twin.rigs import Rig
 
 @dataclass(frozen=True)
 class Gathered:
-    """What was measured of a state.
-
-    Attributes
-    ----------
-    evidence : MeasuredData
-    notes : tuple of str
-        What an engineer should know of the data.
-    factors : tuple of tuple of float
-        What each output shows of each mode over what its place says, see
-        :class:`~twin.identify.linear.linear_model.Output`.
-    shown : ndarray of bool, (m,)
-        Which modes lie in the measured band.
-    scatter : float
-        Relative standard deviation of natural frequencies from case to case.
-    damping_std : ndarray, (m,)
-        Of the logarithms of the damping ratios.
-    """
+    """What was measured of a state."""
 
     evidence: MeasuredData
     notes: tuple[str, ...]
+    """What an engineer should know of the data."""
     factors: tuple[tuple[float, ...], ...]
+    """What each output shows of each mode over what its place says, see
+    :class:`~twin.identify.linear.linear_model.Output`."""
     shown: NDArray[np.bool_]
+    """Which modes lie in the measured band, (m,)."""
     scatter: float
+    """Relative standard deviation of natural frequencies from case to case."""
     damping_std: Array
+    """Of the logarithms of the damping ratios, (m,)."""
 
 
 @dataclass(frozen=True)

@@ -20,16 +20,11 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Matched:
-    """A response of the rig's channel.
-
-    Attributes
-    ----------
-    sign : float
-        -1 where it was measured against the rig's directions.
-    """
+    """A response of the rig's channel."""
 
     channel: str
     sign: float
+    """-1 where it was measured against the rig's directions."""
     found: FoundResponse
 
 
