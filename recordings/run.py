@@ -62,6 +62,15 @@ class SampleBlock:
     def __len__(self) -> int:
         return len(next(iter(self.samples.values()), ()))
 
+    @property
+    def end_ns(self) -> int:
+        """Time just after the last sample."""
+        return self.time_at(len(self))
+
+    def time_at(self, position: int) -> int:
+        """Time of a sample by its position in the block, ns."""
+        return self.time_ns + round(position * 1e9 / self.sample_rate_Hz)
+
 
 class StepState(IntEnum):
     """What the procedure was doing."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from recordings.run import Run, Step, StepState
 
-__all__ = ["Stretch", "Sweep", "sweeps"]
+__all__ = ["Stretch", "Sweep", "measured_stretches", "sweeps"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,6 +76,11 @@ def sweeps(run: Run) -> Iterator[Sweep]:
         )
     for name in names:
         yield Sweep(name=name, stretches=tuple(stretches[name]), state=ends.get(name))
+
+
+def measured_stretches(run: Run) -> list[Stretch]:
+    """All that was measured in a run, sweep by sweep."""
+    return [stretch for sweep in sweeps(run) for stretch in sweep.stretches]
 
 
 def _settle_start(before: Step | None, step: Step) -> int | None:

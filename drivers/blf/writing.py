@@ -155,7 +155,7 @@ class _Bus:
         interval = max(1, round(rate_Hz * PULSE_INTERVAL_NS * 1e-9))
         while last.number + interval < end:
             number = max(last.number + interval, block.first_index)
-            time_ns = block.time_ns + round((number - block.first_index) * 1e9 / rate_Hz)
+            time_ns = block.time_at(number - block.first_index)
             last = _Sync(number, time_ns, self._pulses)
             self._pulses += 1
             self._due.append(last)

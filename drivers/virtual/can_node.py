@@ -311,8 +311,8 @@ class CanNode:
         return can.Message(arbitration_id=identifier, data=data, is_extended_id=False, is_fd=fd, bitrate_switch=fd)
 
     def _put_sync(self, block: SampleBlock, index: int, pulse: int) -> None:
-        time_ns = block.time_ns + round((index - block.first_index) * 1e9 / block.sample_rate_Hz)
-        sync = TimeSync(index - self._origin, self._clock.show(time_ns), pulse, block.sample_rate_Hz)
+        shown = self._clock.show(block.time_at(index - block.first_index))
+        sync = TimeSync(index - self._origin, shown, pulse, block.sample_rate_Hz)
         self._queue.extend(self._message(*frame) for frame in self._dialect.encode(sync))
 
     def _tell(self, message: Message) -> None:

@@ -167,7 +167,7 @@ class AcquisitionInstrument(Catalogue, Control):
             values,
             overload=overload,
             first_index=block.first_index + start - stream.origin,
-            time_ns=block.time_ns + round(start * 1e9 / block.sample_rate_Hz),
+            time_ns=block.time_at(start),
             sample_rate_Hz=block.sample_rate_Hz,
             sequence=stream.sequence,
         )
@@ -184,7 +184,7 @@ class AcquisitionInstrument(Catalogue, Control):
                         kind=FrameKind.PULSE,
                         sequence=stream.sequence,
                         first_index=index - stream.origin,
-                        time_ns=block.time_ns + round((index - block.first_index) * 1e9 / block.sample_rate_Hz),
+                        time_ns=block.time_at(index - block.first_index),
                         sample_rate_Hz=block.sample_rate_Hz,
                         payload=number.to_bytes(4, "little"),
                     )

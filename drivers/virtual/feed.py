@@ -192,7 +192,7 @@ class SampleFeed:
             block = replace(block, first_index=block.first_index + index, time_ns=block.time_ns + time_ns)
         self._rate_Hz = block.sample_rate_Hz
         self.index = block.first_index + len(block)
-        self._next_time_ns = block.time_ns + round(len(block) * 1e9 / self._rate_Hz)
+        self._next_time_ns = block.end_ns
         return block
 
     def arm(self, start: Callable[[], None]) -> None:

@@ -106,7 +106,7 @@ def _finite_parts(device: DeviceSamples, channel: Channel) -> Iterator[_Piece]:
                 start, stop = int(stretch[0]), int(stretch[-1]) + 1
                 yield _Piece(
                     channel=channel, sample_rate_Hz=block.sample_rate_Hz, first_index=block.first_index + start,
-                    start_ns=block.time_ns + round(start * 1e9 / block.sample_rate_Hz), values=values[start:stop],
+                    start_ns=block.time_at(start), values=values[start:stop],
                 )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from recording_builders import CHANNELS, INFO, START_NS, ForeignWriter, RATE_Hz,
 from recordings import Gap, InputError, Limits, Run, RunWriter, SampleBlock, StepState, read_run, sweeps
 from recordings.container.assemble import Assembler
 from recordings.run import DeviceSamples
+from recordings.sweeps import measured_stretches
 
 FOREIGN = Path(__file__).parents[1] / "data" / "recordings" / "foreign.mcap"
 
@@ -130,6 +131,13 @@ def test_samples_between_two_times_are_exactly_those(start: int, count: int, rat
     np.testing.assert_array_equal(run.between("force", from_ns, to_ns), expected)
 
 
+def test_a_block_tells_when_its_samples_were_taken() -> None:
+    block = block_at(100, 50)
+    assert block.time_at(0) == block.time_ns
+    assert block.time_at(20) == block_at(120).time_ns
+    assert block.end_ns == block_at(150).time_ns
+
+
 def test_neighbouring_stretches_share_no_sample_and_lose_none(tmp_path: Path) -> None:
     run = read_run(write_run(tmp_path / "run.mcap", blocks=40))
     end = run.devices["daq"].end_ns
@@ -154,7 +162,8 @@ def test_sweeps_give_measured_stretches_up_to_the_next_message(tmp_path: Path) -
             for at, state, index, sweep in reversed(states):  # order in the file does not matter
                 writer.write_step(step_at(START_NS + at * second, state, index=index, sweep=sweep))
             writer.write_block(changed(channel, time_ns=START_NS + 11 * second))
-        up, down = sweeps(read_run(path))
+        up, down = sweeps(run := read_run(path))
+        assert measured_stretches(run) == [*up.stretches, *down.stretches]
         assert [(s.start_ns - START_NS, s.stop_ns - START_NS) for s in up.stretches] == [
             (2 * second, 3 * second), (5 * second, 7 * second),
         ]  # fmt: skip

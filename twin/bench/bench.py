@@ -11,7 +11,7 @@ from twin.arrays import Array
 from twin.bench.build import Built, build
 from twin.bench.decimation import decimate, decimation_taps
 from twin.bench.generator import Generator, pulse
-from twin.bench.instruments import InstrumentChannel, convert, high_pass_coefficients
+from twin.bench.instruments import Conversion, InstrumentChannel, convert, high_pass_coefficients
 from twin.bench.layer import JointLaw
 from twin.bench.limits import LIMITS
 from twin.bench.marching import coefficients, integrate, packed
@@ -203,11 +203,8 @@ class Bench:
             sigma = i.noise_density * np.sqrt(self._rate / 2) if self._noise else 0.0
             if sigma:
                 self._noise_rngs[c].standard_normal(dtype=np.float32, out=noise)
-            out, (poles, gains) = np.empty(count, np.float32), self._filters[c].T.copy()
-            quantum, full_scale = (i.quantum, i.range) if self._converter else (0.0, np.inf)
-            overload[names[c]] = convert(
-                signal, noise, sigma, poles, gains, self._memory[c], i.limit, i.step, quantum, full_scale, out
-            )
+            conversion = Conversion(i.limit, i.step, *((i.quantum, i.range) if self._converter else (0.0, np.inf)))
+            out, overload[names[c]] = convert(signal, noise, sigma, self._filters[c], self._memory[c], conversion)
             self._freeze(c, i, out, first)
             samples[names[c]] = out
         return samples, overload

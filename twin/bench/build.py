@@ -28,39 +28,27 @@ from twin.structure.sparse import handy
 
 @dataclass(frozen=True, eq=False)
 class Built:
-    """The reduced rig.
-
-    Attributes
-    ----------
-    condensed
-        Structure in r coordinates.
-    rigid
-        Number of motions that only a soft suspension holds.
-    elements_
-        Nonlinear elements, the joint's first, on condensed rows.
-    coordinate, auxiliary : ndarray of int
-        Local coordinate of each element, and its auxiliary row or -1.
-    rows
-        Distinct local coordinates of the structure: condensed row, and whether it is a velocity.
-    shaker_laws
-        Coordinate and law of each of the shaker's limits and of its force factor.
-    shaker_rows
-        Distinct local coordinates of the shaker, numbered after the structure's.
-    auxiliary_rows
-        Displacements that velocity laws read.
-    """
+    """The reduced rig."""
 
     plan: Plan
     condensed: Condensed
+    """Structure in r coordinates."""
     laws: tuple[JointLaw, ...]
     rigid: int
+    """Number of motions that only a soft suspension holds."""
     elements_: tuple[Element, ...]
+    """Nonlinear elements, the joint's first, on condensed rows."""
     coordinate: Array
     auxiliary: Array
+    """Local coordinate of each element, and its auxiliary row or -1."""
     rows: tuple[tuple[Array, bool], ...]
+    """Distinct local coordinates of the structure: condensed row, and whether it is a velocity."""
     shaker_laws: tuple[tuple[str, PiecewiseLinearContact | ForceFactor], ...]
+    """Coordinate and law of each of the shaker's limits and of its force factor."""
     shaker_rows: tuple[str, ...]
+    """Distinct local coordinates of the shaker, numbered after the structure's."""
     auxiliary_rows: tuple[Array, ...]
+    """Displacements that velocity laws read."""
     drive_row: Array
     drive_load: Array
     channel_rows: tuple[Array | None, ...]

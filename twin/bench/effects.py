@@ -11,15 +11,11 @@ from twin.bench.plan import Plan
 from twin.cause_registry import Registered, from_folders
 from twin.rigs import Effect
 
-
-def _effect(module: Any, name: str) -> Callable[..., None]:
-    """The function named as the folder."""
-    function: Callable[..., None] = getattr(module, name.replace("-", "_"))
-    return function
-
-
-EFFECTS: MutableMapping[str, Callable[..., None]] = Registered("effect", from_folders("effect", _effect))
-"""Every cause by its contract name; each takes the plan, and its parameters by name."""
+EFFECTS: MutableMapping[str, Callable[..., None]] = Registered(
+    "effect", from_folders("effect", lambda module, name: getattr(module, name.replace("-", "_")))
+)
+"""Every cause by its contract name, the function named as its folder; each takes the plan, and its parameters by name.
+"""
 PLACE = {name: p for name, p in inspect.signature(Plan.place).parameters.items() if name != "self"}
 """What tells in a rig file where an effect acts that takes a `place`."""
 

@@ -25,22 +25,15 @@ FIRST_CAUSES = (
 
 @dataclass(frozen=True, kw_only=True)
 class HiddenCase:
-    """The truth behind a recording.
-
-    Attributes
-    ----------
-    effects
-        The hidden causes; none where nothing is wrong.
-    rig
-        The rig as it is: moduli of the layer and damping differ from what was assumed, the effect apart.
-    softening, loss
-        Factors on the joint's law where it is the steel rig's.
-    """
+    """The truth behind a recording."""
 
     effects: tuple[Effect, ...]
+    """The hidden causes; none where nothing is wrong."""
     rig: Rig
+    """The rig as it is: moduli of the layer and damping differ from what was assumed, the effect apart."""
     softening: float = 1.0
     loss: float = 1.0
+    """Factors on the joint's law where it is the steel rig's."""
 
     def open_bench(self, *, preload: str | None = None, **options: Any) -> Bench:
         """The bench with the effect in it; `options` as for :func:`twin.bench.open_bench`."""

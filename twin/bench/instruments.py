@@ -7,6 +7,7 @@ The transducer's own resonance is a pole of the linear rig, and its delay a shif
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -70,33 +71,38 @@ def high_pass_coefficients(corner_Hz: float, sample_rate_Hz: float) -> tuple[flo
     return float((1 - k) / (1 + k)), float(1 / (1 + k))
 
 
+class Conversion(NamedTuple):
+    """Amplifier's limit, coarse quantiser (zero: none), the converter's bit (zero: none) and range."""
+
+    limit: float
+    step: float
+    quantum: float
+    full_scale: float
+
+
 @COMPILED
 def convert(
-    signal: Array, noise: Array, sigma: float, poles: Array,
-    gains: Array, memory: Array, limit: float, step: float, quantum: float,
-    full_scale: float, out: Array,
-) -> int:  # fmt: skip
-    """High-pass, limit, add noise, quantise and clip one channel; returns how many samples sit on the limit.
+    signal: Array, noise: Array, sigma: float, high_passes: Array, memory: Array, conversion: Conversion
+) -> tuple[Array, int]:
+    """High-pass, limit, add noise, quantise and clip one channel; told is also how many samples sit on the limit.
 
     Parameters
     ----------
     signal, noise : ndarray, (count,)
         True signal, and normal deviates of standard deviation one.
-    poles, gains, memory : ndarray, (n,), (n,), (n, 2)
-        Of the high-passes in series; memory is their last input and output.
-    limit, step, quantum, full_scale : float
-        Amplifier's limit, coarse quantiser (zero: none), the converter's bit (zero: none) and range.
-    out : ndarray, (count,)
-        Filled.
+    high_passes, memory : ndarray, (n, 2)
+        Pole and gain of each in series; its last input and output, which move on in place.
     """
+    limit, step, quantum, full_scale = conversion
+    out = np.empty(signal.shape[0], np.float32)
     overload = 0
     top = full_scale - quantum
     bits = 1.0 / quantum if quantum > 0.0 else 0.0
-    filters = poles.shape[0]
+    filters = high_passes.shape[0]
     # The first high-pass, which nearly every channel has, keeps its memory in registers.
     pole, gain, x1, y1 = 0.0, 1.0, 0.0, 0.0
     if filters > 0:
-        pole, gain, x1, y1 = poles[0], gains[0], memory[0, 0], memory[0, 1]
+        pole, gain, x1, y1 = high_passes[0, 0], high_passes[0, 1], memory[0, 0], memory[0, 1]
     for n in range(signal.shape[0]):
         x = signal[n]
         if filters > 0:
@@ -104,7 +110,7 @@ def convert(
             x1 = x
             x = y1
             for i in range(1, filters):
-                value = poles[i] * memory[i, 1] + gains[i] * (x - memory[i, 0])
+                value = high_passes[i, 0] * memory[i, 1] + high_passes[i, 1] * (x - memory[i, 0])
                 memory[i, 0] = x
                 memory[i, 1] = value
                 x = value
@@ -119,4 +125,4 @@ def convert(
         out[n] = x
     if filters > 0:
         memory[0, 0], memory[0, 1] = x1, y1
-    return overload
+    return out, overload

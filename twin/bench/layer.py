@@ -28,22 +28,15 @@ from twin.rigs import LayerLawTable, NamedLaws
 
 @dataclass(frozen=True)
 class JointLaw:
-    """What the layer does beyond its linear moduli.
-
-    Attributes
-    ----------
-    normal
-        Law of a point's opening (m), giving modulus times opening (N/m): the part that is added to E' o.
-    loss
-        Law of a point's slip, on its velocity; None loses nothing.
-    opening, slip
-        Further laws of either, in the same units.  A running loss among them acts on the velocity.
-    """
+    """What the layer does beyond its linear moduli."""
 
     normal: Law
+    """Law of a point's opening (m), giving modulus times opening (N/m): the part that is added to E' o."""
     loss: RunningLoss | None = None
+    """Law of a point's slip, on its velocity; None loses nothing."""
     opening: tuple[Law, ...] = ()
     slip: tuple[Law, ...] = ()
+    """Further laws of either, in the same units.  A running loss among them acts on the velocity."""
 
     def of_share(self, share: float) -> JointLaw:
         """The law where only a share of E' is left: at every opening it takes off that share."""

@@ -79,23 +79,16 @@ class Poles:
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """Where forces act on the r condensed coordinates of the structure, and on the shaker.
-
-    Attributes
-    ----------
-    drive_row, drive_load : ndarray, (r,)
-        What the stinger feels, and where its force goes (they differ where the clamp moves with the force).
-    loads : sequence of ndarray, (r,)
-        Patterns of the structure's local coordinates; their restoring forces act with the opposite sign.
-    shaker_loads
-        Local coordinates of the shaker that follow them, from :data:`twin.bench.shaker.COORDINATES`: forces on the
-        armature, and voltages in the coil, likewise restoring.
-    """
+    """Where forces act on the r condensed coordinates of the structure, and on the shaker."""
 
     drive_row: Array
     drive_load: Array
+    """What the stinger feels, and where its force goes, (r,): they differ where the clamp moves with the force."""
     loads: Sequence[Array]
+    """Patterns (r,) of the structure's local coordinates; their restoring forces act with the opposite sign."""
     shaker_loads: Sequence[str] = ()
+    """Local coordinates of the shaker that follow them, from :data:`twin.bench.shaker.COORDINATES`: forces on the
+    armature, and voltages in the coil, likewise restoring."""
 
 
 def linear_rig(

@@ -57,29 +57,20 @@ class Coefficients:
 
 
 class Step(NamedTuple):
-    """What :func:`march` takes of one step: real arrays, padded to whole vectors of m / 2 poles.
-
-    Attributes
-    ----------
-    decay : ndarray, (m,)
-        Real parts of e^z, then imaginary parts.
-    Gamma : ndarray, (inputs, m)
-        Likewise.
-    C : ndarray, (outputs, m)
-        Real parts, then minus the imaginary parts.
-    D : ndarray, (outputs, inputs)
-        Of the step, not of the rig.
-    locals_, auxiliaries : int
-        How many of the outputs are local coordinates, and how many auxiliary rows follow them.
-    """
+    """What :func:`march` takes of one step: real arrays, padded to whole vectors of m / 2 poles."""
 
     step_s: float
     decay: Array
+    """Real parts of e^z, then imaginary parts, (m,)."""
     Gamma: Array
+    """Likewise, (inputs, m)."""
     C: Array
+    """Real parts, then minus the imaginary parts, (outputs, m)."""
     D: Array
+    """Of the step, not of the rig, (outputs, inputs)."""
     locals_: int
     auxiliaries: int
+    """How many of the outputs are local coordinates, and how many auxiliary rows follow them."""
 
 
 class Elements(NamedTuple):

@@ -18,24 +18,18 @@ from twin.structure.sparse import with_coordinate, with_square
 
 @dataclass
 class Matrices:
-    """Matrices of the structure's coordinates, to which effects add springs, dampers and resonators.
-
-    Attributes
-    ----------
-    M, K0, C : ndarray or csr_array, (n, n)
-        Mass; stiffness but for the joints' layers; viscous dampers.
-    K_E, K_G : list of ndarray or csr_array, (n, n)
-        Each joint's layer per unit of E' and of G'.
-    structure : Structure
-        Whose rows give places; resonators' coordinates come after its own.
-    """
+    """Matrices of the structure's coordinates, to which effects add springs, dampers and resonators."""
 
     M: Array | csr_array
     K0: Array | csr_array
+    """Mass; stiffness but for the joints' layers, (n, n)."""
     K_E: list[Array | csr_array]
     K_G: list[Array | csr_array]
+    """Each joint's layer per unit of E' and of G', (n, n)."""
     C: Array | csr_array
+    """Of viscous dampers, (n, n)."""
     structure: Structure
+    """Whose rows give places; resonators' coordinates come after its own."""
 
     def pad(self, row: Array) -> Array:
         """A row over the structure's coordinates, with zeros for those that were appended."""
@@ -86,66 +80,45 @@ class Element:
 
 @dataclass
 class JointPlan:
-    """A joint as the truth has it.
-
-    Attributes
-    ----------
-    E, G
-        Moduli of its layer, N/m2.
-    law
-        None takes the rig file's or the default.
-    law_changes
-        Called in order with the law and E'.
-    gradient
-        How much E' and G' fall along the layer, evenly about its middle, as a share of their value there.
-    rate_per_s
-        Relative loss of E' per second.
-    sliders
-        Friction elements on the slip of the layer's points, counted from where it begins.
-    """
+    """A joint as the truth has it."""
 
     name: str
     E: float
     G: float
+    """Moduli of its layer, N/m2."""
     law: JointLaw | None = None
+    """None takes the rig file's or the default."""
     law_changes: list[Callable[[JointLaw, float], JointLaw]] = field(default_factory=list)
+    """Called in order with the law and E'."""
     gradient: float = 0.0
+    """How much E' and G' fall along the layer, evenly about its middle, as a share of their value there."""
     rate_per_s: float = 0.0
+    """Relative loss of E' per second."""
     sliders: list[tuple[int, Law]] = field(default_factory=list)
+    """Friction elements on the slip of the layer's points, counted from where it begins."""
 
 
 @dataclass
 class Plan:
-    """A rig as the truth has it.  Effects change `rig` and `layout` first, then matrices, elements and instruments.
-
-    Attributes
-    ----------
-    rig
-        As the experimenter believes, then as it is.
-    layout
-        Its parts and supports on the bench's mesh.
-    base_receptance
-        Motion of the foundation per drive force, m/N.
-    moduli_rate_per_s
-        Relative loss of all moduli per second.
-    clock_error
-        Relative error of the converter's clock.
-    frequency_errors
-        Relative, of the first natural frequencies that are not of rigid motions: half of those of modal stiffnesses.
-    matrix_changes, element_makers
-        Called in order with the matrices.
-    """
+    """A rig as the truth has it.  Effects change `rig` and `layout` first, then matrices, elements and instruments."""
 
     rig: Rig
+    """As the experimenter believes, then as it is."""
     layout: Layout
+    """Its parts and supports on the bench's mesh."""
     joints: list[JointPlan]
     instruments: dict[str, InstrumentChannel]
     base_receptance: float = 0.0
+    """Motion of the foundation per drive force, m/N."""
     moduli_rate_per_s: float = 0.0
+    """Relative loss of all moduli per second."""
     clock_error: float = 0.0
+    """Relative error of the converter's clock."""
     frequency_errors: Array = field(default_factory=lambda: np.zeros(0))
+    """Relative, of the first natural frequencies that are not of rigid motions: half of those of modal stiffnesses."""
     matrix_changes: list[Callable[[Matrices], None]] = field(default_factory=list)
     element_makers: list[Callable[[Matrices], list[Element]]] = field(default_factory=list)
+    """Called in order with the matrices."""
 
     def instrument(self, channel: str) -> InstrumentChannel:
         """The channel's signal path.

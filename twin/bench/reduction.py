@@ -15,42 +15,29 @@ from twin.structure.sparse import solved
 
 @dataclass(frozen=True)
 class ModalModel:
-    """Kept modes, and the static flexibility of all others between any two loads of the condensed basis.
-
-    Attributes
-    ----------
-    omega : ndarray, (m,)
-        Natural frequencies, rad/s.
-    Phi : ndarray, (r, m)
-        Mass-normalised modes in the condensed coordinates.
-    residual : ndarray, (r, r)
-        K^-1 - Phi omega^-2 Phi'.
-    """
+    """Kept modes, and the static flexibility of all others between any two loads of the condensed basis."""
 
     omega: Array
+    """Natural frequencies, rad/s, (m,)."""
     Phi: Array
+    """Mass-normalised modes in the condensed coordinates, (r, m)."""
     residual: Array
+    """K^-1 - Phi omega^-2 Phi', (r, r)."""
 
 
 @dataclass(frozen=True)
 class Condensed:
-    """Structure x = T z with orthonormal mass: K is affine in the joints' moduli and in drift.
-
-    Attributes
-    ----------
-    T : ndarray, (n, r)
-        Basis, T' M T = 1.
-    K0, C : ndarray, (r, r)
-        Parts, supports and ground springs; viscous dampers.
-    K_E, K_G : tuple of ndarray, (r, r)
-        Each joint's layer per unit of E' and of G'.
-    """
+    """Structure x = T z with orthonormal mass: K is affine in the joints' moduli and in drift."""
 
     T: Array
+    """Basis, T' M T = 1, (n, r)."""
     K0: Array
+    """Of parts, supports and ground springs, (r, r)."""
     K_E: tuple[Array, ...]
     K_G: tuple[Array, ...]
+    """Each joint's layer per unit of E' and of G', (r, r)."""
     C: Array
+    """Of viscous dampers, (r, r)."""
 
     def modes(self, E: Sequence[float], G: Sequence[float], *, below_Hz: float, factor: float = 1.0) -> ModalModel:
         """Modes below a frequency at moduli E', G' of the joints, all stiffness times `factor`."""

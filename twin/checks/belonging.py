@@ -6,7 +6,7 @@ import numpy as np
 
 from recordings.level import Level
 from recordings.run import PIECE, Run
-from recordings.sweeps import Stretch, sweeps
+from recordings.sweeps import Stretch, measured_stretches
 from twin.checks.agreement import RunBesideModel
 from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Finding
@@ -24,7 +24,7 @@ QUIET = 1e-3
 def look_at_belonging(seen: RunBesideModel) -> list[Finding]:
     """Channels whose noise is not the force's, or whose steps are no sines; set aside where hardly anything moves."""
     run, force, channels, expected = seen.run, seen.force, seen.channels, seen.expected
-    measured = [s for sweep in sweeps(run) for s in sweep.stretches if s.step.frequency_Hz > 0]
+    measured = [stretch for stretch in measured_stretches(run) if stretch.step.frequency_Hz > 0]
     findings: list[Finding] = []
     for number, channel in enumerate(channels):
         coherence = [_beyond_chance(float(np.median(one.coherence[:, number])), one.averages) for one in seen.noise]

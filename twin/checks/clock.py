@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from recordings.run import DeviceSamples, Run
-from recordings.sweeps import Stretch, sweeps
+from recordings.sweeps import Stretch, measured_stretches, sweeps
 from twin.arrays import Array
 from twin.checks.finding import Finding
 from twin.checks.responses import LEAST_SAMPLES, line_of, whole_stretch
@@ -22,7 +22,7 @@ def look_at_clock(run: Run, *, force: str) -> list[Finding]:
         finding = _rate(run, device)
         if finding is not None:
             return [finding]
-    measured = [stretch for sweep in sweeps(run) for stretch in sweep.stretches]
+    measured = measured_stretches(run)
     device = run.device_of(force)
     counts = [device.position_at(one.stop_ns) - device.position_at(one.start_ns) for one in measured]
     if measured and sum(count < LEAST_SAMPLES for count in counts) > len(measured) / 2:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from recordings.run import Run
-from recordings.sweeps import Stretch, sweeps
+from recordings.sweeps import Stretch, measured_stretches
 from twin.checks.finding import Finding
 from twin.checks.responses import line_of, whole_stretch
 from twin.checks.thresholds import TARGET
@@ -16,7 +16,7 @@ STEADY = 0.05
 
 def amplitudes_over_target(run: Run, channels: Sequence[str]) -> dict[str, tuple[float, float]]:
     """Median and scatter of the logarithm of each channel's amplitude over the steps' target; inf without a target."""
-    measured = [stretch for sweep in sweeps(run) for stretch in sweep.stretches if stretch.step.target_amplitude > 0]
+    measured = [stretch for stretch in measured_stretches(run) if stretch.step.target_amplitude > 0]
     sizes = [[_size(run, name, one) / one.step.target_amplitude for name in channels] for one in measured]
     return {name: _spread([row[k] for row in sizes]) for k, name in enumerate(channels)}
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from recordings.container.stored import with_samples
 from recordings.run import PIECE, DeviceSamples, Run, Samples, channel_blocks, pieces
-from recordings.sweeps import sweeps
+from recordings.sweeps import measured_stretches
 from recordings.whereabouts import working_on
 from twin.arrays import Array
 from twin.checks.finding import Action, Finding
@@ -144,11 +144,7 @@ def _beyond(samples: Samples, most: float) -> tuple[Array, Array, Array, Array, 
 
 def _measured(run: Run, device: DeviceSamples) -> dict[str, _Seen]:
     """What a device's channels are like in the measured stretches, or throughout where there are none."""
-    stretches = [
-        (device.position_at(one.start_ns), device.position_at(one.stop_ns))
-        for sweep in sweeps(run)
-        for one in sweep.stretches
-    ]
+    stretches = [(device.position_at(one.start_ns), device.position_at(one.stop_ns)) for one in measured_stretches(run)]
     parts = [part for part in stretches or [(0, len(device))] if part[0] < part[1]]
     seen = {name: _Seen(parts) for name in device.values}
     for part in parts:

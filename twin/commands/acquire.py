@@ -141,7 +141,7 @@ class _CountingSink:
         self.samples[block.device] += len(block)
         self.lost[block.device] += block.first_index - self._next.get(block.device, block.first_index)
         self._next[block.device] = block.first_index + len(block)
-        self.end_ns = max(self.end_ns, block.time_ns + round(len(block) * 1e9 / block.sample_rate_Hz))
+        self.end_ns = max(self.end_ns, block.end_ns)
         # The file's time may leave out the waits, a meter's does not: of what it read meanwhile the latest stands.
         for indicator in {each.name: each for each in self._take_indicators()}.values():
             self.write_indicator(replace(indicator, time_ns=self.end_ns))

@@ -11,18 +11,12 @@ from twin.rigs import Rig
 
 @dataclass(frozen=True, kw_only=True)
 class DemoCase:
-    """The truth, and what the result calls it.
-
-    Attributes
-    ----------
-    rig
-        The rig as it is, with the hidden effect in it: what the virtual instruments serve.
-    hidden
-        ``cause`` and ``parameters``, in SI units.
-    """
+    """The truth, and what the result calls it."""
 
     rig: Rig
+    """The rig as it is, with the hidden effect in it: what the virtual instruments serve."""
     hidden: dict[str, Any]
+    """``cause`` and ``parameters``, in SI units."""
 
 
 def draw_demo_case(rig: Rig, *, seed: int, cause: str | None = None) -> DemoCase:

@@ -3,10 +3,10 @@
 The sensors' masses are in the mass, joints in the stiffness at their moduli of one preload.
 """
 
-import csv
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from scipy.io import mmwrite
@@ -17,13 +17,13 @@ from recordings.whole import refuse_existing, whole_file
 from twin.arrays import Array
 from twin.rigs import Rig
 from twin.rigs.matrices.op4 import SYMMETRIC
+from twin.rigs.node_tables import ROWS_OF_NODES, write_table
 from twin.structure import assemble, named_rows
 
 DIGITS = 3
 """Numbers on a line of an OUTPUT4 file."""
 REAL_DOUBLE = 2
 """Type of a matrix in OUTPUT4."""
-HEAD = ("node", "dof", "row", "x_m", "y_m", "z_m")
 
 
 def write_matrices(
@@ -54,23 +54,13 @@ def write_matrices(
     with ExitStack() as files:
         parts = [files.enter_context(whole_file(path)) for path in (mass, stiffness, nodes)]
         for path, part, name, matrix in ((mass, parts[0], "M", structure.M), (stiffness, parts[1], "K", K)):
-            SUFFIXES[path.suffix.lower()](part, name, (matrix + matrix.T) / 2)
-        with parts[2].open("w", newline="", encoding="utf-8") as table:
-            csv.writer(table, lineterminator="\n").writerows([HEAD, *named_rows(structure)])
+            with part.open("wb") as stream:
+                SUFFIXES[path.suffix.lower()](stream, name, (matrix + matrix.T) / 2)
+        write_table(parts[2], ROWS_OF_NODES, named_rows(structure))
     return len(K)
 
 
-def _market(path: Path, name: str, matrix: Array) -> None:
-    with path.open("wb") as stream:
-        mmwrite(stream, csr_array(matrix), comment=name, symmetry="symmetric", precision=17)
-
-
-def _npz(path: Path, name: str, matrix: Array) -> None:
-    with path.open("wb") as stream:
-        save_npz(stream, csr_array(matrix))
-
-
-def _op4(path: Path, name: str, matrix: Array) -> None:
+def _op4(stream: BinaryIO, name: str, matrix: Array) -> None:
     """As text, column by column from the first to the last number that is not zero."""
     n = len(matrix)
     lines = [f"{n:8d}{n:8d}{SYMMETRIC:8d}{REAL_DOUBLE:8d}{name:<8s}1P,{DIGITS}E23.16"]
@@ -82,8 +72,12 @@ def _op4(path: Path, name: str, matrix: Array) -> None:
             texts = [f"{value:23.16E}" for value in values]
             lines += ["".join(texts[at : at + DIGITS]) for at in range(0, len(texts), DIGITS)]
     lines += [f"{n + 1:8d}{1:8d}{1:8d}", f"{1.0:23.16E}"]
-    path.write_text("\n".join(lines) + "\n", encoding="ascii")
+    stream.write(("\n".join(lines) + "\n").encode("ascii"))
 
 
-SUFFIXES: dict[str, Callable[[Path, str, Array], None]] = {".mtx": _market, ".npz": _npz, ".op4": _op4}
+SUFFIXES: dict[str, Callable[[BinaryIO, str, Array], None]] = {
+    ".mtx": lambda to, name, A: mmwrite(to, csr_array(A), comment=name, symmetry="symmetric", precision=17),
+    ".npz": lambda to, _, A: save_npz(to, csr_array(A)),
+    ".op4": _op4,
+}
 """Writers of matrices."""

@@ -15,22 +15,16 @@ from twin.identify.nonlinear.joint_law import LayerLaw
 
 @dataclass(frozen=True)
 class BaselineParameters:
-    """The base family's parameters: the linear ones, and each joint's law in the rig's order.
-
-    Attributes
-    ----------
-    shown : ndarray, (o m,)
-        Logarithms of what each response shows of each mode over what the model says; empty where nothing was measured
-        so roughly that it matters.
-    shifts : ndarray, (k,)
-        How far all natural frequencies of each broadband run and of each sweep lie off, in units of
-        :data:`~twin.identify.frequency_shifts.SHIFT`; empty where there is one of these alone.
-    """
+    """The base family's parameters: the linear ones, and each joint's law in the rig's order."""
 
     base: LinearParameters
     laws: tuple[LayerLaw, ...]
     shown: Array = field(default_factory=lambda: np.zeros(0))
+    """Logarithms (o m,) of what each response shows of each mode over what the model says; empty where nothing was
+    measured so roughly that it matters."""
     shifts: Array = field(default_factory=lambda: np.zeros(0))
+    """How far all natural frequencies of each broadband run and of each sweep lie off, (k,), in units of
+    :data:`~twin.identify.frequency_shifts.SHIFT`; empty where there is one of these alone."""
 
     @cached_property
     def blocks(self) -> Blocks:

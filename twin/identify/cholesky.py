@@ -9,8 +9,6 @@ from scipy.linalg import cho_factor, cho_solve
 
 from twin.arrays import Array
 
-__all__ = ["Cholesky"]
-
 
 @dataclass(frozen=True)
 class Cholesky:

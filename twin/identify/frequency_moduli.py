@@ -14,8 +14,6 @@ from twin.identify.residuals.frequency_model import FrequencyModel, check_modes
 from twin.identify.residuals.natural_frequencies import MeasuredFrequencies, measured_frequencies
 from twin.rigs import Rig
 
-__all__ = ["FrequencyModuli", "fit_moduli", "moduli_data"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class FrequencyModuli:

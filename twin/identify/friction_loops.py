@@ -36,31 +36,21 @@ class Loop:
 
 @dataclass(frozen=True)
 class FrictionFit:
-    """One law fitted to all loops.
-
-    Attributes
-    ----------
-    law
-        ``jenkins``, ``iwan`` or ``jenkins-with-gap``.
-    shared, shared_std : dict
-        ``stiffness_N_per_m``, and ``gap_m`` or ``spread`` where the law has one.
-    slip_force_N : dict
-        By loop, (in the positive, in the negative direction).
-    slip_force_std_N : dict
-    r2, r2_unfiltered : dict
-        Coefficient of determination by loop, below the cutoff and of the signal as it was measured.
-    bic
-        Bayesian information criterion; lower is better supported.
-    """
+    """One law fitted to all loops."""
 
     law: str
+    """``jenkins``, ``iwan`` or ``jenkins-with-gap``."""
     shared: dict[str, float]
     shared_std: dict[str, float]
+    """``stiffness_N_per_m``, and ``gap_m`` or ``spread`` where the law has one."""
     slip_force_N: dict[str, tuple[float, float]]
+    """By loop, (in the positive, in the negative direction)."""
     slip_force_std_N: dict[str, tuple[float, float]]
     r2: dict[str, float]
     r2_unfiltered: dict[str, float]
+    """Coefficient of determination by loop, below the cutoff and of the signal as it was measured."""
     bic: float
+    """Bayesian information criterion; lower is better supported."""
 
 
 @dataclass(frozen=True)

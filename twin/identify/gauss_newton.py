@@ -16,35 +16,24 @@ Ending = Literal["settled", "stuck", "out of iterations", "out of time", "not fi
 
 @dataclass(frozen=True)
 class Solution:
-    """A minimum of chi2 + prior.
-
-    Attributes
-    ----------
-    x : ndarray
-        Parameters.
-    chi2 : float
-        Sum of squared residuals at `x`.
-    penalty : float
-        The prior's part of the cost.
-    information : ndarray
-        J'J + prior precision: the inverse of the parameters' covariance.
-    residual, jacobian : ndarray
-    history : tuple of float
-        Cost after each iteration.
-    ended : str
-        ``settled`` where nothing is left to gain; else why it stopped: ``stuck`` where a step promises more than any
-        that was tried gains, ``out of iterations`` or ``out of time``, or ``not finite`` where the residual is not at
-        the start.
-    """
+    """A minimum of chi2 + prior."""
 
     x: Array
+    """Parameters."""
     chi2: float
+    """Sum of squared residuals at `x`."""
     penalty: float
+    """The prior's part of the cost."""
     information: Array
+    """J'J + prior precision: the inverse of the parameters' covariance."""
     residual: Array
     jacobian: Array
     history: tuple[float, ...]
+    """Cost after each iteration."""
     ended: Ending = "settled"
+    """``settled`` where nothing is left to gain; else why it stopped: ``stuck`` where a step promises more than any
+    that was tried gains, ``out of iterations`` or ``out of time``, or ``not finite`` where the residual is not at the
+    start."""
 
     @property
     def settled(self) -> bool:

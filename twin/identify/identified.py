@@ -17,40 +17,27 @@ from twin.identify.rms import relative_error_percent
 from twin.identify.updated_rig import updated_rig
 from twin.rigs import Rig
 
-__all__ = ["Estimate", "Identified", "identify_rig"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Identified:
-    """What recordings say of a rig.
-
-    Attributes
-    ----------
-    rig : Rig
-        The model: the nominal rig with what was identified, at the identified preload only.
-    linear : dict
-        E', G', their loss factors and the modal damping ratios; a list where there are several, of one for each joint
-        or mode.  The values are the model's; the standard deviations allow for natural frequencies that are a little
-        wrong by themselves, which a rig file has no place for.
-    unknowns : BaselineParameters
-        Of the model.
-    solution : Solution
-    residual_percent : dict
-        Root-mean-square relative error of the model's complex response at the reference channel, by sweep.
-    warnings : tuple of str
-    polynomials : Polynomials or None
-        None without sweeps, and of a rig that has not one joint: a function of one sensor's amplitude is one joint's.
-    """
+    """What recordings say of a rig."""
 
     rig: Rig
+    """The model: the nominal rig with what was identified, at the identified preload only."""
     preload: str
     linear: dict[str, Estimate | list[Estimate]]
+    """E', G', their loss factors and the modal damping ratios; a list where there are several, of one for each joint or
+    mode.  The values are the model's; the standard deviations allow for natural frequencies that are a little wrong by
+    themselves, which a rig file has no place for."""
     baseline: BaselineParameters
+    """Of the model."""
     solution: Solution
     chi2_per_dof: float
     residual_percent: dict[str, float]
+    """Root-mean-square relative error of the model's complex response at the reference channel, by sweep."""
     warnings: tuple[str, ...]
     polynomials: Polynomials | None = None
+    """None without sweeps, and of a rig that has not one joint: a function of one sensor's amplitude is one joint's."""
 
 
 def identify_rig(evidence: MeasuredData, *, report: Callable[[str], None] = lambda text: None) -> Identified:

@@ -18,25 +18,17 @@ POINTS = 200
 
 @dataclass(frozen=True)
 class LCurve:
-    """The size of the solution over the size of its residual as the strength changes.
-
-    Attributes
-    ----------
-    strength : ndarray, (p,)
-        lambda, rising.
-    residual_norm, solution_norm : ndarray, (p,)
-        rho = |S x - eps| and eta = |x|.
-    curvature : ndarray, (p,)
-        Of (log rho, log eta), positive where the curve turns as the letter does.
-    cross_validation : ndarray, (p,)
-        rho^2 / (rows - sum f)^2, which estimates how well left-out rows would be met.
-    """
+    """The size of the solution over the size of its residual as the strength changes."""
 
     strength: Array
+    """The strengths lambda, rising, (p,)."""
     residual_norm: Array
     solution_norm: Array
+    """The norms rho = |S x - eps| and eta = |x|, (p,)."""
     curvature: Array
+    """Of (log rho, log eta), positive where the curve turns as the letter does, (p,)."""
     cross_validation: Array
+    """The ratio rho^2 / (rows - sum f)^2, which estimates how well left-out rows would be met, (p,)."""
 
     @property
     def corner(self) -> float:
@@ -52,25 +44,16 @@ class LCurve:
 
 @dataclass(frozen=True)
 class Tikhonov:
-    """A decomposed problem.
-
-    Attributes
-    ----------
-    singular : ndarray, (r,)
-        Singular values, falling; those that are nothing but round-off are left out.
-    V : ndarray, (n, r)
-        Right singular vectors.
-    beta : ndarray, (r,)
-        Parts of the right-hand side along the left singular vectors.
-    outside : float
-        Norm of what no solution can meet.
-    rows : int
-    """
+    """A decomposed problem."""
 
     singular: Array
+    """Singular values, falling; those that are nothing but round-off are left out, (r,)."""
     V: Array
+    """Right singular vectors, (n, r)."""
     beta: Array
+    """Parts of the right-hand side along the left singular vectors, (r,)."""
     outside: float
+    """Norm of what no solution can meet."""
     rows: int
 
     def solve(self, strength: float) -> Array:

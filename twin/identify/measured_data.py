@@ -12,7 +12,7 @@ import numpy as np
 from recordings.errors import InputError
 from recordings.quantities import quantity
 from recordings.run import Run
-from recordings.sweeps import sweeps
+from recordings.sweeps import measured_stretches
 from recordings.whereabouts import working_on
 from twin.arrays import Array
 from twin.identify.limits import LIMITS
@@ -28,8 +28,6 @@ from twin.identify.spectra.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records
 from twin.identify.spectra.sweeps import rows_by_sweep
 from twin.rigs import Place, Rig, Shaker, nearest_preload, recorded_preload
-
-__all__ = ["Known", "MeasuredData", "StepArrays", "common_preload", "gather_data", "response_outputs"]
 
 
 class Known(Protocol):
@@ -97,27 +95,7 @@ class StepArrays:
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredData:
-    """Reduced recordings, and the nominal rig that they are held against.
-
-    Attributes
-    ----------
-    broadband : tuple of BinnedResponse
-    steps : StepArrays
-        Settled steps.
-    unsettled : tuple of SteadyState
-        Steps that were still changing; left out of the fits, and told.
-    linear : LinearFit or None
-        Base parameters from the last broadband run alone.
-    effects : tuple of Known
-        Of the rig file; every prediction has them.
-    frequency_scatter : float
-        Relative standard deviation of what the natural frequencies are off by from one assembly of the rig to the next,
-        in the mean of the cases that were measured.
-    shape_error : float
-        Relative error of each mode's share in each response that a sound rig has; 0 where none is looked for.
-    begun_s : float, optional
-        Time from which drifts count, on the recordings' time base; that of the first step of `runs` if left out.
-    """
+    """Reduced recordings, and the nominal rig that they are held against."""
 
     rig: Rig
     preload: str
@@ -127,14 +105,22 @@ class MeasuredData:
     reference: int
     broadband: tuple[BinnedResponse, ...]
     steps: StepArrays
+    """Settled steps."""
     unsettled: tuple[SteadyState, ...]
+    """Steps that were still changing; left out of the fits, and told."""
     linear: LinearFit | None
+    """Base parameters from the last broadband run alone."""
     runs: tuple[Run, ...]
     dropped: int = 0
     effects: tuple[Known, ...] = ()
+    """Of the rig file; every prediction has them."""
     begun_s: float | None = None
+    """Time from which drifts count, on the recordings' time base; that of the first step of `runs` if left out."""
     frequency_scatter: float = 0.0
+    """Relative standard deviation of what the natural frequencies are off by from one assembly of the rig to the next,
+    in the mean of the cases that were measured."""
     shape_error: float = 0.0
+    """Relative error of each mode's share in each response that a sound rig has; 0 where none is looked for."""
 
     def __getstate__(self) -> dict[str, Any]:
         """What another process fits to: all but the samples, from which this one reduced it."""
@@ -279,7 +265,7 @@ def gather_data(
     reference = reference_output(model)
     changing = still_changing(states, [outputs[reference].channel], force=force)
     settled = [state for state, moves in zip(states, changing, strict=True) if not moves]
-    asked_for = sum(one.step.frequency_Hz > 0 for run in runs for sweep in sweeps(run) for one in sweep.stretches)
+    asked_for = sum(one.step.frequency_Hz > 0 for run in runs for one in measured_stretches(run))
     return MeasuredData(
         rig=rig,
         preload=preload,

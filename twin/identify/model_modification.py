@@ -25,24 +25,16 @@ StructureKey = tuple[tuple[tuple[str, float], ...], ...]
 
 @dataclass(frozen=True)
 class Attachment:
-    """Something linear fixed to the structure.
-
-    Attributes
-    ----------
-    rows : callable
-        The ports (p, n) on a given structure.
-    stiffness : callable
-        Dynamic stiffness at omega: (f, p) for a diagonal, or (f, p, p).
-    beam : str
-        Of which it is a change of stiffness, in proportion to Young's modulus; empty for what is no part of a beam.
-    drive : int, optional
-        Number of the drive that brings it along: it is there while that one acts.
-    """
+    """Something linear fixed to the structure."""
 
     rows: Callable[[Structure], Array]
+    """The ports (p, n) on a given structure."""
     stiffness: Callable[[Array], Array]
+    """Dynamic stiffness at omega: (f, p) for a diagonal, or (f, p, p)."""
     beam: str = ""
+    """Of which it is a change of stiffness, in proportion to Young's modulus; empty for what is no part of a beam."""
     drive: int | None = None
+    """Number of the drive that brings it along: it is there while that one acts."""
 
 
 def point_mass(place: Place, mass_kg: float, *, directions: int) -> Attachment:
@@ -55,18 +47,12 @@ def point_mass(place: Place, mass_kg: float, *, directions: int) -> Attachment:
 
 @dataclass(frozen=True)
 class NoiseMotion:
-    """Motion of a port under broadband noise.
-
-    Attributes
-    ----------
-    omega : ndarray, (f,)
-        Middles of frequency bands, rad/s.
-    power : ndarray, (f,)
-        Mean square displacement in each, m2.
-    """
+    """Motion of a port under broadband noise."""
 
     omega: Array
+    """Middles of frequency bands, rad/s, (f,)."""
     power: Array
+    """Mean square displacement in each, m2, (f,)."""
 
     @property
     def displacement(self) -> float:
@@ -81,30 +67,21 @@ class NoiseMotion:
 
 @dataclass(frozen=True)
 class NonlinearForce:
-    """A force on one port that depends on that port's motion.
-
-    Attributes
-    ----------
-    row : callable
-        The port (n,) on a given structure.
-    equivalent : callable
-        Complex equivalent stiffness, at amplitude (f,) and frequency omega (f,) of the port's motion.
-    harmonics : callable
-        Complex harmonics 1 ... h (f, h) of the restoring force for motion a cos(omega t), at amplitude a (f,), with h
-        and omega (f,).
-    random : callable, optional
-        Complex dynamic stiffness (f,) of the best linear substitute under broadband motion, from that motion and omega
-        (f,): statistical linearisation.  Without it the force is taken to vanish there.
-    slider : Slider, optional
-        Whose `equivalent` and `harmonics` these are, which take what it slips into (f, 3) as well; compiled code then
-        evaluates them by itself.
-    """
+    """A force on one port that depends on that port's motion."""
 
     row: Callable[[Structure], Array]
+    """The port (n,) on a given structure."""
     equivalent: Callable[..., Array]
+    """Complex equivalent stiffness, at amplitude (f,) and frequency omega (f,) of the port's motion."""
     harmonics: Callable[..., Array]
+    """Complex harmonics 1 ... h (f, h) of the restoring force for motion a cos(omega t), at amplitude a (f,), with h
+    and omega (f,)."""
     random: Callable[[NoiseMotion, Array], Array] | None = None
+    """Complex dynamic stiffness (f,) of the best linear substitute under broadband motion, from that motion and omega
+    (f,): statistical linearisation.  Without it the force is taken to vanish there."""
     slider: Slider | None = None
+    """Whose `equivalent` and `harmonics` these are, which take what it slips into (f, 3) as well; compiled code then
+    evaluates them by itself."""
 
 
 @dataclass(frozen=True)
@@ -133,59 +110,39 @@ def _product(one: Callable[[Array], Array], two: Callable[[Array], Array]) -> Ca
 
 @dataclass(frozen=True, kw_only=True)
 class ModelModification:
-    """What differs from the nominal rig.
-
-    Attributes
-    ----------
-    beam_modulus : mapping
-        True over assumed Young's modulus of a beam.
-    beam_shear_ratio : mapping
-        E / (kappa G) of a beam beside what it is assumed to have.
-    clamp_rad_per_Nm : mapping
-        Rotation per moment of the supports of a part.
-    layer_gradient : mapping
-        Relative fall of a joint's moduli along its overlap.
-    towards_middle : mapping
-        How far a joint's openings are, from the mean of a layer element (0) towards the one in its middle (1).
-    drive_offset_m, output_offset_m : mapping
-        How far towards the tip the drive, and response channels, are from where they are assumed to be.
-    attachments : tuple of Attachment
-    nonlinear : tuple of NonlinearForce
-    channel_factor : mapping of callables
-        Measured over true response of a channel, (f,) at omega.
-    base_receptance : float
-        Motion of the clamp per drive force, m/N.
-    cross_talk : tuple of (channel, source, factor)
-        Part of a source channel's reading that is added to a channel's.
-    frequency_factor : float
-        True over commanded frequency.
-    moduli_factor : mapping to (E', G')
-        Factors on a joint's moduli beyond what the experimenter may be wrong about anyway.
-    opening : mapping to Opening
-        One-sided contact in a joint.
-    layer_drift_per_s : mapping
-        Relative rate at which a joint's E' falls, from the first step on.
-    beam_drift_per_s : float
-        The same of all moduli of the structure.
-    """
+    """What differs from the nominal rig."""
 
     beam_modulus: Mapping[str, float] = _of_each(mul)
+    """True over assumed Young's modulus of a beam."""
     beam_shear_ratio: Mapping[str, float] = _of_each(add)
+    """E / (kappa G) of a beam beside what it is assumed to have."""
     clamp_rad_per_Nm: Mapping[str, float] = _of_each(add)
+    """Rotation per moment of the supports of a part."""
     layer_gradient: Mapping[str, float] = _of_each(add)
+    """Relative fall of a joint's moduli along its overlap."""
     towards_middle: Mapping[str, float] = _of_each(add)
+    """How far a joint's openings are, from the mean of a layer element (0) towards the one in its middle (1)."""
     drive_offset_m: Mapping[str, float] = _of_each(add)
     output_offset_m: Mapping[str, float] = _of_each(add)
+    """How far towards the tip the drive, and response channels, are from where they are assumed to be."""
     attachments: tuple[Attachment, ...] = ()
     nonlinear: tuple[NonlinearForce, ...] = ()
     channel_factor: Mapping[str, Callable[[Array], Array]] = _of_each(_product)
+    """Measured over true response of a channel, (f,) at omega."""
     base_receptance: float = 0.0
+    """Motion of the clamp per drive force, m/N."""
     cross_talk: tuple[tuple[str, str, float], ...] = ()
+    """Channel, source and factor: the part of the source's reading that is added to the channel's."""
     frequency_factor: float = field(default=1.0, metadata={"merge": mul})
+    """True over commanded frequency."""
     moduli_factor: Mapping[str, tuple[float, float]] = _of_each(lambda one, two: (one[0] * two[0], one[1] * two[1]))
+    """Factors on a joint's E' and G' beyond what the experimenter may be wrong about anyway."""
     opening: Mapping[str, Opening] = _of_each(lambda _, two: two)
+    """One-sided contact in a joint."""
     layer_drift_per_s: Mapping[str, float] = _of_each(add)
+    """Relative rate at which a joint's E' falls, from the first step on."""
     beam_drift_per_s: float = 0.0
+    """The same of all moduli of the structure."""
 
     def merged(self, other: ModelModification) -> ModelModification:
         """Both at once: sums, where a field does not say otherwise."""

@@ -25,38 +25,25 @@ class Iteration:
 
 @dataclass(frozen=True, kw_only=True)
 class PolynomialFit:
-    """Identified polynomials.
-
-    Attributes
-    ----------
-    softening, loss : ndarray
-        Coefficients of g1 and g2, constant first: N/m2, N/m3, ...
-    covariance : ndarray
-        Of both together: from the scatter that the fit leaves, and from the base parameters' own covariance.
-    base_change : ndarray
-        What the steps make of the base parameters, within that covariance.
-    variance : float
-        Scatter of the residuals, real and imaginary parts of the logarithm.
-    bic : float
-        Schwarz's criterion, lower is better, comparable among fits to the same steps.
-    largest_amplitude_m : float
-        The polynomials hold up to here.
-    residual_percent : float
-        Root-mean-square relative error of the complex response of the reference channel.
-    l_curve : LCurve
-        Of the first iteration, in units of the scaled coefficients.
-    history : tuple of Iteration
-    """
+    """Identified polynomials."""
 
     softening: Array
     loss: Array
+    """Coefficients of g1 and g2, constant first: N/m2, N/m3, ..."""
     covariance: Array
+    """Of both together: from the scatter that the fit leaves, and from the base parameters' own covariance."""
     base_change: Array
+    """What the steps make of the base parameters, within that covariance."""
     variance: float
+    """Scatter of the residuals, real and imaginary parts of the logarithm."""
     bic: float
+    """Schwarz's criterion, lower is better, comparable among fits to the same steps."""
     largest_amplitude_m: float
+    """The polynomials hold up to here."""
     residual_percent: float
+    """Root-mean-square relative error of the complex response of the reference channel."""
     l_curve: LCurve
+    """Of the first iteration, in units of the scaled coefficients."""
     history: tuple[Iteration, ...]
 
     @property
@@ -81,48 +68,31 @@ class PolynomialFit:
 
 @dataclass(frozen=True, kw_only=True)
 class LeftOut:
-    """A level predicted by the law of all others; root-mean-square relative errors of the complex response, per cent.
-
-    Attributes
-    ----------
-    at_amplitude_percent : float
-        With the moduli at each step's measured amplitude, as in the fits.
-    at_force_percent : float
-        With nothing but each step's frequency and force given: the steady state on the measured one's branch.
-    lost : int
-        Steps for which that branch does not exist in the prediction; they count in the first figure only.
-    extrapolated : bool
-        Whether the level reaches amplitudes beyond all others.
-    """
+    """A level predicted by the law of all others; rms relative errors of the complex response, per cent."""
 
     at_amplitude_percent: float
+    """With the moduli at each step's measured amplitude, as in the fits."""
     at_force_percent: float
+    """With nothing but each step's frequency and force given: the steady state on the measured one's branch."""
     lost: int
+    """Steps for which that branch does not exist in the prediction; they count in the first figure only."""
     extrapolated: bool
+    """Whether the level reaches amplitudes beyond all others."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Polynomials:
-    """The papers' identification: each excitation level by itself, as they do, and all together, as they do not.
-
-    Attributes
-    ----------
-    levels : dict of PolynomialFit
-        By target channel and amplitude.
-    together : PolynomialFit
-    residual_percent : dict
-        By sweep: the residuals of its level's own polynomials, and of the common ones.
-    left_out : dict of LeftOut
-        By level, where there are at least two; see :func:`studies.force_levels.predict_left_out`.
-    base : LinearParameters
-        Linear parameters that all are counted from; `base_change` of a fit is what its steps add to them.
-    """
+    """The papers' identification: each excitation level by itself, as they do, and all together, as they do not."""
 
     levels: dict[str, PolynomialFit]
+    """By target channel and amplitude."""
     together: PolynomialFit
     residual_percent: dict[str, dict[str, float]]
+    """By sweep: the residuals of its level's own polynomials, and of the common ones."""
     left_out: dict[str, LeftOut]
+    """By level, where there are at least two; see :func:`studies.force_levels.predict_left_out`."""
     base: LinearParameters
+    """Linear parameters that all are counted from; `base_change` of a fit is what its steps add to them."""
 
     @property
     def depends_on_force(self) -> bool | None:

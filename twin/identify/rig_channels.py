@@ -8,8 +8,6 @@ from recordings.errors import InputError, blamed_on
 from recordings.run import Channel, Run
 from twin.rigs import Rig
 
-__all__ = ["drive_of", "faces_against", "in_directions_of", "own_channels", "without_channels"]
-
 NAMED, RENAMED = "drive", "force cell"
 """Keys of a run's record: its drive, and what its force was called where that is not the first's."""
 

@@ -19,21 +19,14 @@ LEAST_SLIP = 1e-15
 
 @dataclass(frozen=True)
 class Slider:
-    """What slipping takes off a spring.
-
-    Attributes
-    ----------
-    stiffness : float
-        Of the spring, N/m.
-    slip_force : float
-        At which it slips, N.
-    compliance : callable
-        Slip per force on it (f, 3) at 3, 5 and 7 times omega (f,), without it, where no law has taken anything off.
-    """
+    """What slipping takes off a spring."""
 
     stiffness: float
+    """Of the spring, N/m."""
     slip_force: float
+    """At which it slips, N."""
     compliance: Callable[[Array], Array]
+    """Slip per force on it (f, 3) at 3, 5 and 7 times omega (f,), without it, where no law has taken anything off."""
 
     def equivalent(self, amplitude: Array, omega: Array, compliance: Array | None = None) -> Array:
         """Complex equivalent stiffness at amplitude (f,), with another `compliance` (f, 3) if one is given."""

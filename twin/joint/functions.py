@@ -59,11 +59,7 @@ class FunctionLaw(Marched):
 
 
 def law_of_functions(
-    force: Force,
-    *,
-    remember: Remember | None = None,
-    states: int = 0,
-    stiffness: Callable[..., Array] | None = None,
+    force: Force, *, remember: Remember | None = None, states: int = 0, stiffness: Callable[..., Array] | None = None
 ) -> Callable[..., Law]:
     """What makes a law of these functions from the values of its parameters, for :class:`twin.joint.NamedLaw`.
 

@@ -15,7 +15,7 @@ from twin.diagnose.answer.extended import updated_rig_file
 from twin.diagnose.tables import TableDiagnosis
 from twin.identify.measured_data import MeasuredData
 from twin.lab.model_result import FitPictures, ModelResult
-from twin.rigs import Rig
+from twin.rigs import Rig, save_rig
 from twin.views.curves import Fitted, has_law, shown_models
 from twin.views.figures import law_figure, sweeps_figure
 from twin.views.page import LEFT_OUT, Page
@@ -51,7 +51,7 @@ class DiagnosedModel(ModelResult):
 
         Returns what ``twin diagnose --json`` prints.
         """
-        self.save_file(made_folder(folder) / EXTENDED)
+        save_rig(self.file, made_folder(folder) / EXTENDED)
         return {**self.to_dict(), "extended_model": EXTENDED}
 
 

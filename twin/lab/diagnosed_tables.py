@@ -36,9 +36,7 @@ class DiagnosedTables(DiagnosedModel):
         """The extended model."""
         return self.diagnosis.model
 
-    def save(self, folder: str | Path) -> dict[str, Any]:
-        """As :meth:`save_model`."""
-        return self.save_model(folder)
+    save = DiagnosedModel.save_model
 
     def to_dict(self) -> dict[str, Any]:
         """As ``twin diagnose --json`` prints it."""

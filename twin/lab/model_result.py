@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from matplotlib.figure import Figure
 
-from recordings import whole_file
 from twin.diagnose.answer.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
 from twin.lab.shown import Reported
@@ -51,11 +50,6 @@ class ModelResult(Reported):
 
         return LabRig(source=f"{self.file.name}, {self.became}", file=self.file)
 
-    def save_file(self, path: str | Path) -> None:
-        """Write the model file (TOML), whole or not at all."""
-        with whole_file(Path(path)) as part:
-            save_rig(self.file, part)
-
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class IdentifiedModel(ModelResult):
@@ -73,7 +67,7 @@ class IdentifiedModel(ModelResult):
 
     def save(self, path: str | Path) -> None:
         """Write the model file (TOML), whole or not at all."""
-        self.save_file(path)
+        save_rig(self.file, Path(path))
 
 
 class FitPictures(ABC):

@@ -51,7 +51,7 @@ class DirectAcquisition:
         block = self._source.read(count)
         if len(block) == 0:
             raise TimeoutError(f"no samples within {timeout_s:g} s: the source is at its end")
-        self._next_ns = block.time_ns + round(len(block) / block.sample_rate_Hz * 1e9)
+        self._next_ns = block.end_ns
         return [block]
 
     def take_events(self) -> Sequence[Event]:

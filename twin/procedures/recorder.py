@@ -56,7 +56,7 @@ def cut(block: SampleBlock, start_ns: int, end_ns: int, ranges: dict[str, float]
         overload[name] = min(count, int((abs(samples[name]) >= limit).sum())) if count else 0
     return replace(
         block,
-        time_ns=block.time_ns + round(first / block.sample_rate_Hz * 1e9),
+        time_ns=block.time_at(first),
         first_index=block.first_index + first,
         samples=samples,
         overload=overload,

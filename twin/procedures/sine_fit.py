@@ -80,11 +80,7 @@ def fit_sine(
     raw = coefficients[1 : 2 * highest + 1 : 2] - 1j * coefficients[2 : 2 * highest + 1 : 2]
     found = np.zeros(harmonics, dtype=np.complex128)
     found[:highest] = raw * np.exp(-2j * np.pi * frequency_Hz * offset_s * order)
-    return SineFit(
-        harmonics=found,
-        mean=float(coefficients[0]),
-        std=noise * float(np.sqrt(2.0 / valid)),
-    )
+    return SineFit(harmonics=found, mean=float(coefficients[0]), std=noise * float(np.sqrt(2.0 / valid)))
 
 
 def _fit_in_parts(values: Array, known: Array, turns: float, harmonics: int, modulation: int) -> tuple[Array, float]:

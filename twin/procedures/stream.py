@@ -85,7 +85,7 @@ class Stream:
     def drop_before(self, time_ns: int) -> None:
         """Forget samples that no window will ask for."""
         for blocks in self._blocks.values():
-            while blocks and _end(blocks[0]) <= time_ns:
+            while blocks and blocks[0].end_ns <= time_ns:
                 blocks.popleft()
 
     def align(self, time_ns: int) -> int:
@@ -93,8 +93,7 @@ class Stream:
         blocks = self._blocks[self._primary]
         if not blocks:
             return time_ns
-        block = blocks[-1]
-        return block.time_ns + round(sample_at(block, time_ns) / block.sample_rate_Hz * 1e9)
+        return blocks[-1].time_at(sample_at(blocks[-1], time_ns))
 
     def wait(self, until_ns: int, *, timeout_s: float = 2.0) -> None:
         """Read until every device has passed a time.
@@ -124,7 +123,7 @@ class Stream:
         if block.device not in self._blocks or len(block) == 0:
             return
         self._blocks[block.device].append(block)
-        self._end_ns[block.device] = _end(block)
+        self._end_ns[block.device] = block.end_ns
         self._recorder.block(block)
         for name, count in block.overload.items():
             if count and ("overload", name) not in self._noted:
@@ -139,18 +138,13 @@ class Stream:
             magnitude = np.abs(values)
             beyond = np.flatnonzero(magnitude > limit)
             if len(beyond):
-                time_ns = block.time_ns + round(int(beyond[0]) / block.sample_rate_Hz * 1e9)
-                raise GuardTrip(name, float(magnitude[beyond].max()), limit, time_ns)
-
-
-def _end(block: SampleBlock) -> int:
-    return block.time_ns + round(len(block) / block.sample_rate_Hz * 1e9)
+                raise GuardTrip(name, float(magnitude[beyond].max()), limit, block.time_at(int(beyond[0])))
 
 
 def _gather(blocks: Sequence[SampleBlock], names: Sequence[str], start_ns: int, duration_s: float) -> dict[str, Series]:
     """The samples of one device in a window, placed by their indices."""
     end_ns = start_ns + round(duration_s * 1e9)
-    parts = [block for block in blocks if _end(block) > start_ns and block.time_ns < end_ns]
+    parts = [block for block in blocks if block.end_ns > start_ns and block.time_ns < end_ns]
     if not parts:
         return {}
     rate = parts[0].sample_rate_Hz

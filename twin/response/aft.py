@@ -230,15 +230,15 @@ def _settled(p: Array, row: int, e: Array, force: Array) -> None:
 
 
 @COMPILED
-def alternate_pair(p: Array, row: int, x: Array, z: Array, basis: Array, F: Array, by_x: Array, by_z: Array) -> None:
-    """Force coefficients and Jacobians of a force factor, for the coefficients of its stroke x and of what it turns."""
+def alternate_pair(p: Array, row: int, x: Array, z: Array, basis: Array, F: Array, J: Array) -> None:
+    """Force coefficients of a force factor; Jacobians (2, n, n) by its stroke's coefficients x and by what it turns."""
     samples = basis.shape[1]
     stroke, turned = _path(x, basis), _path(z, basis)
     force, slope_x, slope_z = np.empty(samples), np.empty(samples), np.empty(samples)
     for t in range(samples):
         force[t], slope_x[t], slope_z[t] = lost_force(p, row, stroke[t], turned[t])
-    _project_smooth(basis, force, slope_x, F, by_x)
-    _project_smooth(basis, force, slope_z, F, by_z)
+    _project_smooth(basis, force, slope_x, F, J[0])
+    _project_smooth(basis, force, slope_z, F, J[1])
 
 
 @INNER
@@ -253,10 +253,7 @@ def loss_gain(p: Array, row: int, size: float) -> float:
 
 
 @COMPILED
-def running(
-    p: Array, row: int, c: Array, offset: float, omega: float, F: Array, J: Array, by_offset: Array,
-    by_omega: Array,
-) -> None:  # fmt: skip
+def running(p: Array, row: int, c: Array, offset: float, omega: float, F: Array, J: Array) -> tuple[Array, Array]:
     """The running loss: f = eta(A)/w v, with A and w from the harmonics of the velocity, and derivatives by all else.
 
     Parameters
@@ -269,21 +266,25 @@ def running(
         Constant part of the displacement, which the running means hold too.
     omega : float
         Fundamental, rad/s.
-    F, J, by_offset, by_omega
-        Filled: (n,), (n, n), (n,), (n,).
+    F, J
+        Filled: (n,), (n, n).
+
+    Returns
+    -------
+    pair of ndarray, (n,)
+        The force's derivatives by the offset and by the fundamental.
     """
     n = c.shape[0]
     F[:] = 0.0
     J[:] = 0.0
-    by_offset[:] = 0.0
-    by_omega[:] = 0.0
+    by_offset, by_omega = np.zeros(n), np.zeros(n)
     v2, moving = 0.0, 0.0
     for i in range(1, n):
         k = (i + 1) // 2
         v2 += c[i] * c[i]
         moving += c[i] * c[i] / (k * omega) ** 2
     if moving <= 0.0:
-        return
+        return by_offset, by_omega
     x2 = moving + 2.0 * offset * offset
     A, w = np.sqrt(x2), np.sqrt(v2 / x2)
     points = int(p[row, 1])
@@ -302,3 +303,4 @@ def running(
         for j in range(1, n):
             k = (j + 1) // 2
             J[i, j] += (by_x2 * 2.0 * c[j] / (k * omega) ** 2 - eta / w * c[j] / v2) * c[i]
+    return by_offset, by_omega

@@ -20,7 +20,7 @@ from twin.response.kernel import drive_slope, residual, rounding, transfer
 from twin.response.limits import LIMITS
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
 from twin.response.solve import solve
-from twin.response.system import Addresses, System
+from twin.response.system import Addresses, SineDrive, System
 
 CONTRACTION = 0.5
 """Most of the last step of Newton's that the next may be: a parabola without a zero never gets below it."""
@@ -41,49 +41,54 @@ FADED = 1e-3
 
 
 class Course(NamedTuple):
-    """A way along a branch in one parameter.
-
-    Attributes
-    ----------
-    begin, end, held, by_drive
-        The parameter at both ends, and the one that is held: the amplitude of the drive and the frequency, rad/s, if
-        `by_drive`, or else the other way round.
-    span
-        Unit in which the parameter counts for the arclength.
-    step
-        Greatest arclength of a step.
-    landing
-        Whether the last point is to lie at `end`, however the branch may turn before; else it ends where it leaves the
-        band between the two.
-    tolerance, corrections
-        Of each point.
-    """
+    """A way along a branch in one parameter."""
 
     begin: float
     end: float
     held: float
     by_drive: bool
+    """The parameter at both ends, and the one that is held: the amplitude of the drive and the frequency, rad/s, if
+    `by_drive`, or else the other way round."""
     span: float
+    """Unit in which the parameter counts for the arclength."""
     step: float
+    """Greatest arclength of a step."""
     landing: bool
+    """Whether the last point is to lie at `end`, however the branch may turn before; else it ends where it leaves the
+    band between the two."""
     tolerance: float = LIMITS.balance_tolerance
     corrections: int = 12
+    """Of each point."""
+
+
+class _Point(NamedTuple):
+    """Of the branch: unknowns over `size` and the parameter over its span, (N + 1,), and the unit tangent there."""
+
+    z: Array
+    tangent: Array
+    size: Array
 
 
 def with_kernels(s: System) -> System:
     """The system that also tells where the kernels are that are called below."""
-    v, m, a = np.empty(0), np.empty((0, 0)), np.empty((0, 0, 0, 0))
+    v, m, a, drive = np.empty(0), np.empty((0, 0)), np.empty((0, 0, 0, 0)), SineDrive(0.0, 0.0)
+    course = Course(0.0, 0.0, 0.0, True, 0.0, 0.0, True)
     at = Addresses(
         transfer=address(transfer, s, 0.0, a, a),
         alternate=address(alternate, 0, m, 0, v, m, v, m),
-        residual=address(residual, s, v, 0.0, 0.0, v, m, v, m),
-        rounding=address(rounding, s, v, 0.0, 0.0, m, v),
+        residual=address(residual, s, v, drive, v, m, v, m),
+        rounding=address(rounding, s, v, drive, m, v),
         drive_slope=address(drive_slope, s, 0.0, v),
         solve=address(solve, m, m),
-        newton=address(newton, s, v, 0.0, 0.0, 0.0, 0, 0.0, m),
-        advance=address(_advance, s, v, v, v, Course(0.0, 0.0, 0.0, True, 0.0, 0.0, True), 0.0, True, v, m),
+        newton=address(newton, s, v, drive, 0.0, 0, 0.0, m),
+        advance=address(_advance, s, _Point(v, v, v), course, 0.0, v, m),
     )
     return s._replace(at=at)
+
+
+@INNER
+def _drive_at(course: Course, parameter: float) -> SineDrive:
+    return SineDrive(course.held, parameter) if course.by_drive else SineDrive(parameter, course.held)
 
 
 @INNER
@@ -115,18 +120,18 @@ def _length(v: Array, size: Array) -> float:
 
 
 @INNER
-def _rounded(s: System, x: Array, R: Array, w: float, amplitude: float, F: Array, size: Array) -> bool:
+def _rounded(s: System, x: Array, R: Array, drive: SineDrive, F: Array, size: Array) -> bool:
     """Whether a residual is all rounding."""
     least = np.empty(x.shape[0])
-    call_kernel(s.at.rounding, rounding, (s, x, w, amplitude, F, least))
+    call_kernel(s.at.rounding, rounding, (s, x, drive, F, least))
     return _length(R, size) <= _length(least, size)
 
 
 @COMPILED
 def newton(
-    s: System, x: Array, w: float, amplitude: float, tolerance: float, most: int, contraction: float, F: Array
+    s: System, x: Array, drive: SineDrive, tolerance: float, most: int, contraction: float, F: Array
 ) -> tuple[int, int, float]:
-    """Move x, (N,), onto the solution at w that is in reach.
+    """Move x, (N,), onto the solution that is in reach.
 
     Parameters
     ----------
@@ -147,7 +152,7 @@ def newton(
     size, largest, last, right = np.empty(N), np.zeros(F.shape[0]), np.empty(N), np.empty((N, 1))
     step = np.empty(N)
     for iteration in range(most + 1):
-        call_kernel(s.at.residual, residual, (s, x, w, amplitude, R, J, by_w, F))
+        call_kernel(s.at.residual, residual, (s, x, drive, R, J, by_w, F))
         _measure(x, largest, size)
         left = _length(R, size)
         if left <= tolerance:
@@ -164,7 +169,7 @@ def newton(
             return NOT_FINITE, iteration, left
         allowed = contraction if iteration == 1 else max(contraction, CONTRACTION)
         if iteration > 0 and length > allowed * _length(last, size):
-            return FOUND if _rounded(s, x, R, w, amplitude, F, size) else FAR, iteration, left
+            return FOUND if _rounded(s, x, R, drive, F, size) else FAR, iteration, left
         for i in range(N):
             x[i] -= step[i]
             last[i] = step[i]
@@ -204,19 +209,13 @@ def _tangent_at(s: System, J: Array, slope: Array, size: Array, span: float, hea
 
 
 @INNER
-def _advance(
-    s: System, z: Array, tangent: Array, size: Array, course: Course, h: float, kink: bool, unit: Array, F: Array
-) -> tuple[int, float]:
-    """One step of arclength `h` along the branch.
+def _advance(s: System, point: _Point, course: Course, h: float, unit: Array, F: Array) -> tuple[int, float]:
+    """One step of arclength `h` along the branch; where it is a short one, corrections need only stay near.
 
     Parameters
     ----------
-    z : ndarray, (N + 1,)
-        Unknowns over `size` and the parameter over its span, moved on in place.
-    tangent : ndarray, (N + 1,)
-        Unit tangent at z, replaced by that at the last correction but one.
-    kink
-        Whether the corrections need not contract, but only stay near.
+    point
+        Moved on in place; its tangent is then that at the last correction but one.
     unit
         The slope by the drive, (N,).
     F
@@ -227,8 +226,9 @@ def _advance(
     tuple
         The corrections it took, or -1; the contraction at the second of them, nothing if there was none.
     """
-    _, _, held, by_drive, span, _, _, tolerance, most = course
-    N = z.shape[0] - 1
+    z, tangent, size = point
+    by_drive, span = course.by_drive, course.span
+    N, kink = z.shape[0] - 1, h < KINK * course.step
     R, J, by_w = np.empty(N), np.empty((N, N)), np.empty(N)
     bordered, right, across = np.empty((N + 1, N + 1)), np.empty((N + 1, 2)), np.empty(N + 1)
     own, largest, x = np.empty(N), np.zeros(F.shape[0]), np.empty(N)
@@ -236,14 +236,14 @@ def _advance(
     for i in range(N + 1):
         z[i] += h * tangent[i]
         across[i] = tangent[i]
-    for iteration in range(most + 1):
+    for iteration in range(course.corrections + 1):
         for i in range(N):
             x[i] = z[i] * size[i]
-        w, amplitude = (held, z[N] * span) if by_drive else (z[N] * span, held)
-        call_kernel(s.at.residual, residual, (s, x, w, amplitude, R, J, by_w, F))
+        drive = _drive_at(course, z[N] * span)
+        call_kernel(s.at.residual, residual, (s, x, drive, R, J, by_w, F))
         if iteration > 0:
             _measure(x, largest, own)
-            if _length(R, own) < tolerance:
+            if _length(R, own) < course.tolerance:
                 return iteration, contraction
         _border(J, unit if by_drive else by_w, size, span, across, bordered)
         for i in range(N):
@@ -259,7 +259,7 @@ def _advance(
             return -1, contraction
         allowed = BEND * h if kink else (CONTRACTION if iteration > 0 else 1.0) * last
         if length > allowed:
-            rounded = iteration > 0 and _rounded(s, x, R, w, amplitude, F, own)
+            rounded = iteration > 0 and _rounded(s, x, R, drive, F, own)
             return iteration if rounded else -1, contraction
         if iteration == 1:
             contraction = min(length / last, AIM) if kink else length / last
@@ -302,10 +302,9 @@ def follow(s: System, start: Array, course: Course, X: Array, P: Array, F: Array
     z, tangent, trial, way = np.empty(N + 1), np.empty(N + 1), np.empty(N + 1), np.empty(N + 1)
     R, J, by_w = np.empty(N), np.empty((N, N)), np.empty(N)
     size, new_size, largest, unit = np.empty(N), np.empty(N), np.zeros(F.shape[1]), np.zeros(N)
-    w, amplitude = (held, begin) if by_drive else (begin, held)
     if by_drive:
         call_kernel(s.at.drive_slope, drive_slope, (s, held, unit))
-    call_kernel(s.at.residual, residual, (s, start, w, amplitude, R, J, by_w, F[0]))
+    call_kernel(s.at.residual, residual, (s, start, _drive_at(course, begin), R, J, by_w, F[0]))
     _measure(start, largest, size)
     for i in range(N):
         z[i], way[i] = start[i] / size[i], 0.0
@@ -321,7 +320,7 @@ def follow(s: System, start: Array, course: Course, X: Array, P: Array, F: Array
         for i in range(N + 1):
             trial[i], way[i] = z[i], tangent[i]
         x, force, kink = X[count], F[count], h < KINK * step
-        given = s, trial, way, size, course, h, kink, unit, force
+        given = s, _Point(trial, way, size), course, h, unit, force
         corrected, contraction = call_kernel(s.at.advance, _advance, given)
         turned = 0.0
         for i in range(N + 1):
@@ -333,9 +332,8 @@ def follow(s: System, start: Array, course: Course, X: Array, P: Array, F: Array
                 share = before / (before - after)
                 for i in range(N):
                     x[i] = (z[i] + share * (trial[i] - z[i])) * size[i]
-                w, amplitude = (held, end) if by_drive else (end, held)
-                near = BEND if kink else CONTRACTION
-                found = call_kernel(s.at.newton, newton, (s, x, w, amplitude, tolerance, corrections, near, force))
+                near, drive = BEND if kink else CONTRACTION, _drive_at(course, end)
+                found = call_kernel(s.at.newton, newton, (s, x, drive, tolerance, corrections, near, force))
                 outcome, steps, _ = found
                 if outcome == FOUND:
                     P[count], iterations[count] = end, steps

@@ -21,7 +21,7 @@ from twin.response.limits import LIMITS
 from twin.response.outcome import ENDED, FOUND, LONG, WORDS
 from twin.response.solutions import Failure, PeriodicSolution, SolutionBranch, SolutionSweep
 from twin.response.stability import floquet_multipliers
-from twin.response.system import system_of, transfer
+from twin.response.system import SineDrive, system_of, transfer
 
 MOST_ITERATIONS = 30
 
@@ -190,8 +190,9 @@ class HarmonicBalance:
     ) -> _State | Failure:
         """The steady state in reach of a start."""
         x, F = start.copy(), np.empty((self._locals, self._n))
+        drive = SineDrive(w, amplitude)
         outcome, iterations, left = self._kernel.newton(
-            self._system, x, w, amplitude, tolerance, MOST_ITERATIONS, contraction, F
+            self._system, x, drive, tolerance, MOST_ITERATIONS, contraction, F
         )
         if outcome == FOUND:
             return _State(x, w, amplitude, F, iterations)

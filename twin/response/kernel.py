@@ -7,7 +7,7 @@ from twin.joint.calling import call_kernel
 from twin.joint.kernel import COMPILED, INNER
 from twin.joint.kinds import FORCE_FACTOR, RUNNING_LOSS
 from twin.response.aft import alternate, alternate_pair, running
-from twin.response.system import System
+from twin.response.system import SineDrive, System
 
 ROUNDING = 1e3 * float(np.finfo(float).eps)
 """What rounding may leave of a residual, over the sum of the sizes of its terms."""
@@ -58,7 +58,7 @@ def _add_block(into: Array, a: int, b: int, scale: float, what: Array) -> None:
 
 
 @INNER
-def forces(s: System, x: Array, w: float, static: Array, F: Array, dF: Array, by_w: Array, met: Array) -> None:
+def forces(s: System, x: Array, w: float, static: Array, F: Array) -> tuple[Array, Array, Array]:
     """Coefficients of the local forces and their derivatives.
 
     Parameters
@@ -67,26 +67,28 @@ def forces(s: System, x: Array, w: float, static: Array, F: Array, dF: Array, by
         Coefficients of the local coordinates.
     static : ndarray, (outputs, inputs)
         G at zero frequency.
-    F, by_w : ndarray, (locals, n)
-        Filled; `by_w`, which is nothing before, is the explicit dependence on w.
-    dF : ndarray, (locals, locals, n, n)
-        Filled, and nothing before: of force a by coordinate b.
-    met : ndarray, (locals, locals)
-        Likewise: whether force a depends on coordinate b.
+    F : ndarray, (locals, n)
+        Filled.
+
+    Returns
+    -------
+    dF, by_w, met : ndarray, (locals, locals, n, n), (locals, n), (locals, locals)
+        Of force a by coordinate b; the explicit dependence on w; whether force a depends on coordinate b.
     """
     locals_, n = x.shape
     for a in range(locals_):
         for i in range(n):
             F[a, i] = 0.0
-    f, j, j2, by_offset, by_omega = np.zeros(n), np.zeros((n, n)), np.zeros((n, n)), np.zeros(n), np.zeros(n)
+    dF, by_w, met = np.zeros((locals_, locals_, n, n)), np.zeros((locals_, n)), np.zeros((locals_, locals_))
+    f, j, pair = np.zeros(n), np.zeros((n, n)), np.zeros((2, n, n))
     for e in range(s.kind.shape[0]):
         a = s.coordinate[e]
         if s.kind[e] == FORCE_FACTOR:
             b, c = int(s.parameters[e, 2]), int(s.parameters[e, 3])
-            alternate_pair(s.parameters, e, x[b], x[c], s.basis, f, j, j2)
+            alternate_pair(s.parameters, e, x[b], x[c], s.basis, f, pair)
             _add(F, a, 1.0, f)
-            _add_block(dF, a, b, 1.0, j)
-            _add_block(dF, a, c, 1.0, j2)
+            _add_block(dF, a, b, 1.0, pair[0])
+            _add_block(dF, a, c, 1.0, pair[1])
             met[a, b] = met[a, c] = 1.0
         elif s.kind[e] != RUNNING_LOSS:
             call_kernel(s.at.alternate, alternate, (s.kind[e], s.parameters, e, x[a], s.basis, f, j))
@@ -100,7 +102,7 @@ def forces(s: System, x: Array, w: float, static: Array, F: Array, dF: Array, by
             offset = 0.0
             for b in range(locals_):
                 offset += static[row, 1 + b] * F[b, 0]
-            running(s.parameters, e, x[a], offset, w, f, j, by_offset, by_omega)
+            by_offset, by_omega = running(s.parameters, e, x[a], offset, w, f, j)
             _add(F, a, s.scale[e], f)
             _add(by_w, a, s.scale[e], by_omega)
             _add_block(dF, a, a, s.scale[e], j)
@@ -113,19 +115,18 @@ def forces(s: System, x: Array, w: float, static: Array, F: Array, dF: Array, by
                             for i in range(n):
                                 for q in range(n):
                                     dF[a, c, i, q] += s.scale[e] * by_offset[i] * static[row, 1 + b] * dF[b, c, 0, q]
+    return dF, by_w, met
 
 
 @COMPILED
-def residual(s: System, x: Array, w: float, amplitude: float, R: Array, J: Array, by_w: Array, F: Array) -> None:
+def residual(s: System, x: Array, drive: SineDrive, R: Array, J: Array, by_w: Array, F: Array) -> None:
     """Residual (N,), its Jacobian (N, N) and derivative by w (N,), and the forces (locals, n), for unknowns x, (N,)."""
     n = s.basis.shape[0]
-    locals_ = x.shape[0] // n
+    locals_, (w, amplitude) = x.shape[0] // n, drive
     G = np.empty((n // 2 + 1, 2, s.D.shape[0], s.D.shape[1]))
     dG = np.empty_like(G)
     call_kernel(s.at.transfer, transfer, (s, w, G, dG))
-    dF, met = np.zeros((locals_, locals_, n, n)), np.zeros((locals_, locals_))
-    explicit = np.zeros((locals_, n))
-    forces(s, x.reshape(locals_, n), w, G[0, 0], F, dF, explicit, met)
+    dF, explicit, met = forces(s, x.reshape(locals_, n), w, G[0, 0], F)
     for i in range(x.shape[0]):
         R[i] = x[i]
         by_w[i] = 0.0
@@ -177,18 +178,18 @@ def drive_slope(s: System, w: float, slope: Array) -> None:
 
 
 @INNER
-def rounding(s: System, x: Array, w: float, amplitude: float, F: Array, least: Array) -> None:
+def rounding(s: System, x: Array, drive: SineDrive, F: Array, least: Array) -> None:
     """What rounding may leave in each component of the residual, (N,), for unknowns x and the forces F they make."""
     n = s.basis.shape[0]
     locals_ = F.shape[0]
     G = np.empty((n // 2 + 1, 2, s.D.shape[0], s.D.shape[1]))
-    call_kernel(s.at.transfer, transfer, (s, w, G, np.empty_like(G)))
+    call_kernel(s.at.transfer, transfer, (s, drive.w, G, np.empty_like(G)))
     for a in range(locals_):
         for i in range(n):
             k = (i + 1) // 2
             total = abs(x[a * n + i])
             if k == 1:
-                total += (abs(G[1, 0, a, 0]) + abs(G[1, 1, a, 0])) * amplitude
+                total += (abs(G[1, 0, a, 0]) + abs(G[1, 1, a, 0])) * drive.amplitude
             for b in range(locals_):
                 size = abs(F[b, 0]) if k == 0 else abs(F[b, 2 * k - 1]) + abs(F[b, 2 * k])
                 total += (abs(G[k, 0, a, 1 + b]) + abs(G[k, 1, a, 1 + b])) * size

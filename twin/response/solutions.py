@@ -11,28 +11,19 @@ from twin.arrays import Array
 
 @dataclass(frozen=True)
 class PeriodicSolution:
-    """One steady state.
-
-    Attributes
-    ----------
-    unknowns : ndarray, (locals (2 H + 1),)
-        Coefficients of the local coordinates, one after the other.
-    inputs : ndarray, (1 + locals, H + 1)
-        Complex harmonics of the generator's output and of the local restoring forces.
-    channels : ndarray, (channels, H + 1)
-        Complex harmonics: a channel is the real part of sum channels[k] exp(j k w t).
-    iterations
-        Newton steps it took.
-    jumped
-        Whether the branch that leads here, from the steady state before or from rest, turns back on the way.
-    """
+    """One steady state."""
 
     frequency_Hz: float
     unknowns: Array
+    """Coefficients of the local coordinates, one after the other, (locals (2 H + 1),)."""
     inputs: Array
+    """Complex harmonics of the generator's output and of the local restoring forces, (1 + locals, H + 1)."""
     channels: Array
+    """Complex harmonics: a channel is the real part of sum channels[k] exp(j k w t), (channels, H + 1)."""
     iterations: int
+    """Newton steps it took."""
     jumped: bool = False
+    """Whether the branch that leads here, from the steady state before or from rest, turns back on the way."""
 
     @property
     def amplitude(self) -> float:
@@ -42,24 +33,16 @@ class PeriodicSolution:
 
 @dataclass(frozen=True)
 class Failure:
-    """Where no steady state was found, and why.
-
-    Attributes
-    ----------
-    frequency_Hz
-        Where it was sought, or where the branch ends.
-    reason
-        In words.
-    residual
-        Of the last attempt, over the size of the unknowns; nan where there is none.
-    iterations
-        Newton steps of the last attempt, or points along the branch.
-    """
+    """Where no steady state was found, and why."""
 
     frequency_Hz: float
+    """Where it was sought, or where the branch ends."""
     reason: str
+    """In words."""
     residual: float
+    """Of the last attempt, over the size of the unknowns; nan where there is none."""
     iterations: int
+    """Newton steps of the last attempt, or points along the branch."""
 
     def __str__(self) -> str:
         """One line, with the state it ended in."""

@@ -17,6 +17,13 @@ from twin.bench.linear import Poles
 from twin.response.aft import fourier_basis
 
 
+class SineDrive(NamedTuple):
+    """Frequency (rad/s) and amplitude of the drive."""
+
+    w: float
+    amplitude: float
+
+
 class Addresses(NamedTuple):
     """Of kernels, by their names, for :data:`twin.joint.calling.call_kernel`."""
 
@@ -31,36 +38,26 @@ class Addresses(NamedTuple):
 
 
 class System(NamedTuple):
-    """Arrays for the kernels: P poles, O outputs (local coordinates, then auxiliary rows), I inputs (drive, forces).
-
-    Attributes
-    ----------
-    twice_real, square : ndarray, (P,)
-        2 Re(lambda), |lambda|^2.
-    r, t : ndarray, (O, I, P)
-        Numerators.
-    D : ndarray, (O, I)
-        Direct transmission.
-    kind, coordinate, auxiliary, scale, parameters
-        Elements, as in :class:`twin.bench.marching.Elements`.
-    basis : ndarray, (n, samples)
-        See :func:`twin.response.aft.fourier_basis`.
-    at
-        Where the kernels are that others call: :func:`twin.response.continuation.with_kernels`.
-    """
+    """Arrays for the kernels: P poles, O outputs (local coordinates, then auxiliary rows), I inputs (drive, forces)."""
 
     twice_real: Array
     square: Array
+    """2 Re(lambda), |lambda|^2, (P,)."""
     r: Array
     t: Array
+    """Numerators, (O, I, P)."""
     D: Array
+    """Direct transmission, (O, I)."""
     kind: Array
     coordinate: Array
     auxiliary: Array
     scale: Array
     parameters: Array
+    """Elements, as in :class:`twin.bench.marching.Elements`."""
     basis: Array
+    """See :func:`twin.response.aft.fourier_basis`, (n, samples)."""
     at: Addresses = Addresses()
+    """Where the kernels are that others call: :func:`twin.response.continuation.with_kernels`."""
 
 
 def system_of(built: Built, poles: Poles, *, harmonics: int, samples: int) -> System:

@@ -9,6 +9,8 @@ the poles as in :mod:`twin.bench.marching`.  Slopes by memories, and those of th
 of one law at one step: they cost as little as the law does, whatever it is.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from twin.arrays import Array
@@ -16,6 +18,19 @@ from twin.bench.marching import Elements, Step, couple
 from twin.joint.elimination import eliminate_columns
 from twin.joint.kernel import COMPILED, INNER, evaluate, remember
 from twin.joint.kinds import FORCE_FACTOR
+
+
+class _Slopes(NamedTuple):
+    """Of each law's force by each memory, (laws, depth), and of each memory afterwards, (laws, depth, depth + 2).
+
+    These are by each memory before, by the coordinate and by what goes with a velocity.  Beside them, room for what one
+    law remembers before a step and after, (depth,).
+    """
+
+    force: Array
+    memory: Array
+    before: Array
+    after: Array
 
 
 @COMPILED
@@ -44,17 +59,17 @@ def tangent_map(step: Step, elements: Elements, path: Array, size: Array, beside
         state[moves[c], c] = 1.0
     free, dy, force = np.zeros((rows, columns)), np.zeros((locals_, columns)), np.zeros((locals_, columns))
     A, T, u = np.zeros((locals_, locals_)), np.zeros((locals_, locals_)), np.zeros(1 + locals_)
-    by_memory, slopes = np.zeros((laws, depth)), np.zeros((laws, depth, depth + 2))
-    before, after = np.zeros(depth), np.zeros(depth)
+    slopes = _Slopes(np.zeros((laws, depth)), np.zeros((laws, depth, depth + 2)), np.zeros(depth), np.zeros(depth))
     moved, coupled = np.zeros((depth, columns)), bool(np.any(kind == FORCE_FACTOR))
     for t in range(path.shape[1]):
+        outputs = path[:, t].copy()
         if coupled:
-            couple(kind, coordinate, parameters, path[:, t].copy(), u, T)
+            couple(kind, coordinate, parameters, outputs, u, T)
         else:
             T[:, :] = 0.0
         for e in range(laws):
             a = coordinate[e]
-            T[a, a] += scale[e] * _slopes(step_s, elements, e, path, t, size, beside, by_memory, slopes, before, after)
+            T[a, a] += scale[e] * _slopes(step_s, elements, e, outputs, size, beside[e], slopes)
         for b in range(rows):
             free[b, :] = 0.0
             for k in range(m):
@@ -63,7 +78,7 @@ def tangent_map(step: Step, elements: Elements, path: Array, size: Array, beside
             force[a, :] = 0.0
         for e in range(laws):
             for i in range(depth):
-                _add(force, coordinate[e], scale[e] * by_memory[e, i], state, m + e * depth + i)
+                _add(force, coordinate[e], scale[e] * slopes.force[e, i], state, m + e * depth + i)
         for a in range(locals_):
             dy[a, :] = 0.0
             _add(dy, a, 1.0, free, a)
@@ -86,11 +101,11 @@ def tangent_map(step: Step, elements: Elements, path: Array, size: Array, beside
                     _add(free, b, D[b, 1 + a], force, a)
             for i in range(depth):
                 moved[i, :] = 0.0
-                _add(moved, i, slopes[e, i, depth], dy, coordinate[e])
+                _add(moved, i, slopes.memory[e, i, depth], dy, coordinate[e])
                 if b >= 0:
-                    _add(moved, i, slopes[e, i, depth + 1], free, b)
+                    _add(moved, i, slopes.memory[e, i, depth + 1], free, b)
                 for j in range(depth):
-                    _add(moved, i, slopes[e, i, j], state, first + j)
+                    _add(moved, i, slopes.memory[e, i, j], state, first + j)
             for i in range(depth):
                 state[first + i, :] = 0.0
                 _add(state, first + i, 1.0, moved, i)
@@ -115,17 +130,13 @@ def _add(into: Array, to: int, factor: float, what: Array, row: int) -> None:
 
 @INNER
 def _slopes(
-    step_s: float, elements: Elements, e: int, path: Array, t: int, size: Array, beside: Array, by_memory: Array,
-    slopes: Array, before: Array, after: Array,
-) -> float:  # fmt: skip
-    """Slope of a law's force, after which its memory has moved on.
-
-    Filled are the law's rows of the slopes of the force by each memory, (laws, depth), and of each memory afterwards by
-    each before, by the coordinate and by what goes with a velocity, (laws, depth, depth + 2).
-    """
+    step_s: float, elements: Elements, e: int, outputs: Array, size: Array, beside: Array, slopes: _Slopes
+) -> float:
+    """Slope of a law's force, after which its memory has moved on; its rows of `slopes` are filled in."""
     kind, coordinate, auxiliary, _, parameters, memory = elements
     depth, a, b = memory.shape[1], coordinate[e], auxiliary[e]
-    y, x = path[a, t], path[b, t] if b >= 0 else 0.0
+    y, x = outputs[a], outputs[b] if b >= 0 else 0.0
+    before, after = slopes.before, slopes.after
     _copy_row(memory, e, before)
     force, slope = evaluate(kind[e], parameters, memory, e, y)
     remember(kind[e], parameters, memory, e, y, x, step_s)
@@ -133,21 +144,21 @@ def _slopes(
     for j in range(depth + 2):
         change = size[a]
         if j < depth:
-            change = beside[e, j]
+            change = beside[j]
         elif j > depth:
             change = size[b] if b >= 0 else 0.0
         for i in range(depth):
-            slopes[e, i, j] = 0.0
+            slopes.memory[e, i, j] = 0.0
             memory[e, i] = before[i]
         if change == 0.0:
             continue
         if j < depth:
             memory[e, j] += change
-            by_memory[e, j] = (evaluate(kind[e], parameters, memory, e, y)[0] - force) / change
+            slopes.force[e, j] = (evaluate(kind[e], parameters, memory, e, y)[0] - force) / change
         beside_y, beside_x = y + change if j == depth else y, x + change if j > depth else x
         remember(kind[e], parameters, memory, e, beside_y, beside_x, step_s)
         for i in range(depth):
-            slopes[e, i, j] = (memory[e, i] - after[i]) / change
+            slopes.memory[e, i, j] = (memory[e, i] - after[i]) / change
     for i in range(depth):
         memory[e, i] = after[i]
     return slope

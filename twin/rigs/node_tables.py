@@ -4,7 +4,8 @@ A list of nodes gives their places only: a CSV with columns node, x_m, y_m, z_m 
 sets 15 and 2411), the ``*NODE`` lines of an Abaqus or CalculiX input, GRID entries of Nastran.
 """
 
-from collections.abc import Callable
+import csv
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +27,8 @@ SIZE_LIMIT_BYTES = 256 << 20
 """Of a model's file with nodes in it."""
 AXES = (("x_m", "y_m", "z_m"), ("x", "y", "z"))
 """Columns of coordinates, in metres or in the unit of a model that is to be converted."""
+ROWS_OF_NODES = ("node", "dof", "row", *AXES[0])
+"""Columns of a table that also says whose the matrices' rows are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +41,12 @@ class NodeTable:
     """(k, 3)."""
     rows: dict[tuple[int, str], int] | None = None
     """Row of (node, dof), dof one of `DOFS`."""
+
+
+def write_table(path: Path, head: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Write rows as CSV; of nodes below :data:`ROWS_OF_NODES`."""
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        csv.writer(stream, lineterminator="\n").writerows([head, *rows])
 
 
 def read_node_table(path: Path, *, order: int) -> NodeTable:

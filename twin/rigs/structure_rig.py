@@ -166,7 +166,7 @@ class StructureRig(Rig):
             raise ValueError(f"{where}: from .. to .. lies along beams; parts given by matrices need pairs")
         if joint.to > first.length + LIMITS.structure_rig_beyond_m:
             raise ValueError(f"{where}: to {joint.to:g} lies beyond the end of {first.name!r} at {first.length:.6g} m")
-        self._check_beside(where, joint, first, second)
+        self._check_beside(where, first, second)
         for s in (joint.begin, joint.to):
             facing = first.facing(second, s)
             if not -LIMITS.structure_rig_beyond_m <= facing <= second.length + LIMITS.structure_rig_beyond_m:
@@ -175,7 +175,7 @@ class StructureRig(Rig):
                     f"which is {second.length:.6g} m long"
                 )
 
-    def _check_beside(self, where: str, joint: ThinLayer, first: BeamPart, second: BeamPart) -> None:
+    def _check_beside(self, where: str, first: BeamPart, second: BeamPart) -> None:
         """A layer's beams lie on each other: parallel, facing along their thickness, and a layer apart."""
         both = f"{where}: {first.name!r} and {second.name!r}"
         if math.hypot(*np.cross(first.axis, second.axis)) > LIMITS.structure_rig_parallel:

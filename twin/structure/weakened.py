@@ -30,7 +30,8 @@ def weakened_section(rig: Rig, structure: Structure, *, place: Place, factor: fl
 
     The section is as long as an average element of the rig file's mesh, whatever the structure's own is.
     """
-    half = mean_element(rig) / 2
+    beams = rig.layout().beams
+    half = sum(beam.length for beam in beams) / sum(beam.elements for beam in beams) / 2
     mesh = structure.meshes[place.part]
     assert isinstance(mesh, BeamMesh)
     beam, first = mesh.part, mesh.element_dofs
@@ -60,9 +61,3 @@ def _change(beam: BeamPart, length: float, weak: tuple[float, float], factor: fl
     softer = length / (length + (1 / factor - 1) * (weak[1] - weak[0])) - 1
     twist = softer * rod_stiffness(beam.torsional_stiffness, length)
     return space_element(bent(beam.second_moment), bent(beam.second_moment_across), twist)
-
-
-def mean_element(rig: Rig) -> float:
-    """Length of an average beam element of the rig file's mesh, m."""
-    beams = rig.layout().beams
-    return sum(beam.length for beam in beams) / sum(beam.elements for beam in beams)

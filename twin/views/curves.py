@@ -1,6 +1,6 @@
 """Numbers behind the pictures: receptances of steps, laws with their uncertainty, broadband responses."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
@@ -168,11 +168,6 @@ def law_bands(evidence: MeasuredData, model: Fitted) -> tuple[LawBand, ...]:
                 LawBand(quantity=quantity, joint=name, amplitude_m=x, value=value, std=std, reach_m=reach)
             )  # fmt: skip
     return tuple(bands)
-
-
-def laws_by_kind(evidence: MeasuredData, models: Mapping[str, Fitted]) -> dict[str, tuple[LawBand, ...]]:
-    """The laws of those models that have any."""
-    return {kind: bands for kind, model in models.items() if (bands := law_bands(evidence, model))}
 
 
 def joint_name(evidence: MeasuredData, joint: int) -> str:

@@ -11,7 +11,7 @@ from twin.arrays import Array
 from twin.diagnose.answer.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
 from twin.identify.spectra.broadband import BinnedResponse
-from twin.views.curves import Fitted, LawBand, SteppedSweep, broadband_responses, laws_by_kind
+from twin.views.curves import Fitted, LawBand, SteppedSweep, broadband_responses, law_bands
 from twin.views.plot import Axis, Plot, PlotCurve, common_range
 from twin.views.receptance import branch_curves, per_force, per_force_label, response_label
 from twin.views.style import INK, KIND, MEASURED, NOISE, level_colour
@@ -120,7 +120,7 @@ def law_plots(evidence: MeasuredData, models: Mapping[str, Fitted]) -> dict[str,
 
     By what the function is, such as ``softening``, behind its joint where there are several: ``a-joint/softening``.
     """
-    laws = laws_by_kind(evidence, models)
+    laws = {kind: bands for kind, model in models.items() if (bands := law_bands(evidence, model))}
     plots = {}
     for i, band in enumerate(next(iter(laws.values()), ())):
         name = "/".join(filter(None, (band.joint, band.quantity)))

@@ -15,7 +15,7 @@ from twin.response.aft import BESIDE, MOST_PERIODS, SETTLED, loss_gain, running
 from twin.response.continuation import AIM, BEND, CONTRACTION, FADED, KINK, LEAST_TURN, SHORTEST, Course, turns_beyond
 from twin.response.kernel import ROUNDING
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
-from twin.response.system import System
+from twin.response.system import SineDrive, System
 
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -48,14 +48,14 @@ def _forces(s: System, x: Matrix, w: float, static: Matrix) -> tuple[Matrix, Mat
     """Coefficients (locals, n), Jacobian (locals, locals, n, n) and explicit derivative by w (locals, n)."""
     L, n = x.shape
     F, dF, by_w = np.zeros((L, n)), np.zeros((L, L, n, n)), np.zeros((L, n))
-    f, j, j2, by_offset, by_omega = np.zeros(n), np.zeros((n, n)), np.zeros((n, n)), np.zeros(n), np.zeros(n)
+    f, j, pair = np.zeros(n), np.zeros((n, n)), np.zeros((2, n, n))
     for e, a in enumerate(s.coordinate):
         if s.kind[e] == FORCE_FACTOR:
             b, c = s.parameters[e, 2:4].astype(int)
-            alternate_pair_numpy(s.parameters, e, x[b], x[c], s.basis, f, j, j2)
+            alternate_pair_numpy(s.parameters, e, x[b], x[c], s.basis, f, pair)
             F[a] += f
-            dF[a, b] += j
-            dF[a, c] += j2
+            dF[a, b] += pair[0]
+            dF[a, c] += pair[1]
         elif s.kind[e] != RUNNING_LOSS:
             alternate_numpy(int(s.kind[e]), s.parameters, e, x[a], s.basis, f, j)
             F[a] += s.scale[e] * f
@@ -64,7 +64,7 @@ def _forces(s: System, x: Matrix, w: float, static: Matrix) -> tuple[Matrix, Mat
         if s.kind[e] != RUNNING_LOSS:
             continue
         flexibility = static[s.auxiliary[e], 1:]
-        running.py_func(s.parameters, e, x[a], float(flexibility @ F[:, 0]), w, f, j, by_offset, by_omega)
+        by_offset, by_omega = running.py_func(s.parameters, e, x[a], float(flexibility @ F[:, 0]), w, f, j)
         by_x = np.einsum("b,bcq->cq", flexibility, dF[:, :, 0])
         F[a] += s.scale[e] * f
         by_w[a] += s.scale[e] * by_omega
@@ -73,10 +73,10 @@ def _forces(s: System, x: Matrix, w: float, static: Matrix) -> tuple[Matrix, Mat
     return F, dF, by_w
 
 
-def residual(s: System, x: Matrix, w: float, amplitude: float) -> tuple[Matrix, Matrix, Matrix, Matrix]:
+def residual(s: System, x: Matrix, drive: SineDrive) -> tuple[Matrix, Matrix, Matrix, Matrix]:
     """Residual, Jacobian, derivative by w, and forces."""
     n = s.basis.shape[0]
-    L = len(x) // n
+    L, (w, amplitude) = len(x) // n, drive
     G, dG = _transfer(s, w, n // 2)
     F, dF, explicit = _forces(s, x.reshape(L, n), w, G[0].real)
     blocks, d_blocks = _real_blocks(G[:, :L]), _real_blocks(dG[:, :L])
@@ -97,17 +97,17 @@ def _drive_slope(s: System, w: float, N: int) -> Matrix:
     return slope.ravel()
 
 
-def _is_rounding(s: System, x: Matrix, R: Matrix, w: float, amplitude: float, F: Matrix, size: Matrix) -> bool:
+def _is_rounding(s: System, x: Matrix, R: Matrix, drive: SineDrive, F: Matrix, size: Matrix) -> bool:
     """Whether a residual is all rounding."""
     L, n = F.shape
-    G, _ = _transfer(s, w, n // 2)
+    G, _ = _transfer(s, drive.w, n // 2)
     k = (np.arange(n) + 1) // 2
     sizes = (np.abs(G.real) + np.abs(G.imag))[k, :L]
     together = np.abs(F)
     for i in range(1, n, 2):
         together[:, i : i + 2] = together[:, i : i + 2].sum(axis=1, keepdims=True)
     total = np.abs(x).reshape(L, n) + np.einsum("iab,bi->ai", sizes[:, :, 1:], together)
-    total[:, 1:3] += sizes[1:3, :, 0].T * amplitude
+    total[:, 1:3] += sizes[1:3, :, 0].T * drive.amplitude
     return bool(np.linalg.norm(R / size) <= np.linalg.norm(ROUNDING * total.ravel() / size))
 
 
@@ -121,12 +121,12 @@ def _measure(x: Matrix, largest: Matrix) -> Matrix:
 
 
 def newton(
-    s: System, x: Matrix, w: float, amplitude: float, tolerance: float, most: int, contraction: float, F: Matrix
+    s: System, x: Matrix, drive: SineDrive, tolerance: float, most: int, contraction: float, F: Matrix
 ) -> tuple[int, int, float]:
     """As the compiled one."""
     largest, last = np.zeros(len(F)), np.empty(0)
     for iteration in range(most + 1):
-        R, J, _, F[:] = residual(s, x, w, amplitude)
+        R, J, _, F[:] = residual(s, x, drive)
         size = _measure(x, largest)
         left = float(np.linalg.norm(R / size))
         if left <= tolerance:
@@ -136,7 +136,7 @@ def newton(
             return NOT_FINITE, iteration, left
         allowed = contraction if iteration == 1 else max(contraction, CONTRACTION)
         if iteration > 0 and np.linalg.norm(step / size) > allowed * np.linalg.norm(last / size):
-            return FOUND if _is_rounding(s, x, R, w, amplitude, F, size) else FAR, iteration, left
+            return FOUND if _is_rounding(s, x, R, drive, F, size) else FAR, iteration, left
         x -= step
         last = step
     return LONG, most, left
@@ -170,8 +170,8 @@ def _advance(
     own, largest = size, np.zeros(len(F))
     for iteration in range(most + 1):
         x = z[:-1] * size
-        w, amplitude = (z[-1] * span, held) if unit is None else (held, z[-1] * span)
-        R, J, by_w, F[:] = residual(s, x, w, amplitude)
+        drive = SineDrive(z[-1] * span, held) if unit is None else SineDrive(held, z[-1] * span)
+        R, J, by_w, F[:] = residual(s, x, drive)
         if iteration:
             own = _measure(x, largest)
             if np.linalg.norm(R / own) < tolerance:
@@ -186,7 +186,7 @@ def _advance(
         if not np.isfinite(length):
             return -1, contraction
         if length > (BEND * h if kink else (CONTRACTION if iteration else 1.0) * last):
-            if iteration and _is_rounding(s, x, R, w, amplitude, F, own):
+            if iteration and _is_rounding(s, x, R, drive, F, own):
                 tangent[:] = way
                 return iteration, contraction
             return -1, contraction
@@ -206,7 +206,7 @@ def follow(
     low, high = sorted((begin, end))
     h, target, largest = step / 10, end / span, np.zeros(F.shape[1])
     unit = _drive_slope(s, held, len(start)) if by_drive else None
-    _, J, by_w, force = residual(s, start, *((held, begin) if by_drive else (begin, held)))
+    _, J, by_w, force = residual(s, start, SineDrive(held, begin) if by_drive else SineDrive(begin, held))
     size = _measure(start, largest)
     slope = by_w if unit is None else unit
     heading = np.append(np.zeros(len(start)), np.sign(end - begin))
@@ -230,9 +230,9 @@ def follow(
             before, after = z[-1] - target, trial[-1] - target
             if before * after <= 0:
                 x = (z + before / (before - after) * (trial - z))[:-1] * size
-                at = (held, end) if by_drive else (end, held)
+                at = SineDrive(held, end) if by_drive else SineDrive(end, held)
                 near = BEND if kink else CONTRACTION
-                outcome, steps, _ = newton(s, x, *at, tolerance, corrections, near, force)
+                outcome, steps, _ = newton(s, x, at, tolerance, corrections, near, force)
                 if outcome == FOUND:
                     X[count], P[count], F[count], iterations[count] = x, end, force, steps
                     return FOUND, count + 1
@@ -309,15 +309,13 @@ def alternate_numpy(kind: int, p: Matrix, row: int, c: Matrix, basis: Matrix, F:
     F[:], J[:] = weight @ f, weight @ d
 
 
-def alternate_pair_numpy(
-    p: Matrix, row: int, x: Matrix, z: Matrix, basis: Matrix, F: Matrix, by_x: Matrix, by_z: Matrix
-) -> None:
+def alternate_pair_numpy(p: Matrix, row: int, x: Matrix, z: Matrix, basis: Matrix, F: Matrix, J: Matrix) -> None:
     """The plain twin of :func:`alternate_pair`."""
     n, samples = basis.shape
     weight = basis * np.where(np.arange(n) == 0, 1.0, 2.0)[:, None] / samples
     pairs = zip(x @ basis, z @ basis, strict=True)
     f, slope_x, slope_z = np.array([lost_force.py_func(p, row, *pair) for pair in pairs]).T
-    F[:], by_x[:], by_z[:] = weight @ f, (weight * slope_x) @ basis.T, (weight * slope_z) @ basis.T
+    F[:], J[0], J[1] = weight @ f, (weight * slope_x) @ basis.T, (weight * slope_z) @ basis.T
 
 
 class PlainBalance(HarmonicBalance):

@@ -32,9 +32,8 @@ def harmonics(law, c, function=alternate):
 
 
 def running_harmonics(c, offset=0.0, omega=7.0):
-    F, J, by_offset, by_omega = np.zeros(len(c)), np.zeros((len(c), len(c))), np.zeros(len(c)), np.zeros(len(c))
-    running(RUNNING.parameters[None], 0, c, offset, omega, F, J, by_offset, by_omega)
-    return F, J, by_offset, by_omega
+    F, J = np.zeros(len(c)), np.zeros((len(c), len(c)))
+    return F, J, *running(RUNNING.parameters[None], 0, c, offset, omega, F, J)
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
@@ -106,9 +105,9 @@ def test_a_force_factor_turns_one_coordinate_by_the_other():
     n = len(C)
     results = []
     for function in (alternate_pair, alternate_pair_numpy):
-        F, by_x, by_z = np.zeros(n), np.zeros((n, n)), np.zeros((n, n))
-        function(p, 0, x, z, BASIS, F, by_x, by_z)
-        results.append((F, by_x, by_z))
+        F, J = np.zeros(n), np.zeros((2, n, n))
+        function(p, 0, x, z, BASIS, F, J)
+        results.append((F, *J))
     for compiled, plain in zip(*results, strict=True):
         np.testing.assert_allclose(compiled, plain, rtol=1e-10, atol=1e-13)
     e, y = x @ BASIS, z @ BASIS
@@ -122,6 +121,6 @@ def test_a_force_factor_turns_one_coordinate_by_the_other():
                 F = np.zeros(n)
                 shift = s * d * unit
                 pair = (x + shift, z) if which == 1 else (x, z + shift)
-                alternate_pair(p, 0, *pair, BASIS, F, np.zeros((n, n)), np.zeros((n, n)))
+                alternate_pair(p, 0, *pair, BASIS, F, np.zeros((2, n, n)))
                 moved.append(F)
             np.testing.assert_allclose(column, (moved[0] - moved[1]) / (2 * d), atol=1e-7)

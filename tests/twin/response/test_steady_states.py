@@ -12,6 +12,7 @@ from twin.bench.marching import Elements
 from twin.joint import Cubic
 from twin.response import Failure, HarmonicBalance
 from twin.response.outcome import FAR, WORDS
+from twin.response.system import SineDrive
 from twin.rigs import Effect, load_rig
 
 RIG = load_rig("steel-lap-joint")
@@ -105,7 +106,7 @@ def test_newton_alone_does_not_leave_for_another_branch(hard, folds_Hz):
     last = hard.sweep(np.linspace(26.2, folds_Hz[0] - 0.01, 9), FORCE_N)[-1]
     beyond = 2 * np.pi * (folds_Hz[0] + 0.05)
     x, F = last.unknowns.copy(), np.empty((hard._locals, hard._n))
-    outcome, iterations, left = hard._kernel.newton(hard._system, x, beyond, FORCE_N, 1e-9, 30, 0.5, F)
+    outcome, iterations, left = hard._kernel.newton(hard._system, x, SineDrive(beyond, FORCE_N), 1e-9, 30, 0.5, F)
     assert outcome == FAR
     assert iterations < 10
     assert left > 1e-6

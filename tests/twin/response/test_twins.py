@@ -10,6 +10,7 @@ from harmonic_balance_numpy import residual as plain_residual
 from twin.bench import JointLaw, open_bench
 from twin.joint import iwan
 from twin.response import kernel
+from twin.response.system import SineDrive
 from twin.rigs import Effect, load_rig
 
 RIG = load_rig("steel-lap-joint")
@@ -53,8 +54,9 @@ def test_residual_and_slopes_agree_and_are_exact(case):
     x = balance.sweep(np.linspace(27.5, 26.6, 8), amplitude)[-1].unknowns * 1.01
     locals_, n = system.D.shape[1] - 1, len(system.basis)
     found = np.empty(len(x)), np.empty((len(x), len(x))), np.empty(len(x)), np.empty((locals_, n))
-    kernel.residual(system, x, w, amplitude, *found)
-    for compiled, plain in zip(found, plain_residual(system, x, w, amplitude), strict=True):
+    drive = SineDrive(w, amplitude)
+    kernel.residual(system, x, drive, *found)
+    for compiled, plain in zip(found, plain_residual(system, x, drive), strict=True):
         assert np.abs(compiled - plain).max() < 1e-10 * np.abs(plain).max()
     # slopes in proportion to the unknowns' own sizes, which differ by orders from coordinate to coordinate
     size = np.repeat(np.abs(x).reshape(locals_, n).max(axis=1), n)
@@ -62,12 +64,12 @@ def test_residual_and_slopes_agree_and_are_exact(case):
     d = 1e-6
     for i in range(len(x)):
         shift = d * size[i] * np.eye(len(x))[i]
-        ahead, behind = (plain_residual(system, x + s * shift, w, amplitude)[0] for s in (1, -1))
+        ahead, behind = (plain_residual(system, x + s * shift, drive)[0] for s in (1, -1))
         difference = (ahead - behind) / (2 * d) / size
         # a sample at a kink may fall on either side
         assert np.abs(scaled[:, i] - difference).max() < 0.02 * max(np.abs(scaled[:, i]).max(), 1.0)
         assert np.median(np.abs(scaled[:, i] - difference)) < 1e-6 * max(np.abs(scaled[:, i]).max(), 1.0)
-    ahead, behind = (plain_residual(system, x, w * (1 + s * 1e-7), amplitude)[0] for s in (1, -1))
+    ahead, behind = (plain_residual(system, x, SineDrive(w * (1 + s * 1e-7), amplitude))[0] for s in (1, -1))
     np.testing.assert_allclose(
         found[2] * w / size, (ahead - behind) / 2e-7 / size, atol=1e-5 * np.abs(found[2] * w / size).max()
     )

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from recordings import InputError
-from twin.identify.identified import Estimate
+from twin.identify.estimate import Estimate
 from twin.identify.linear.linear_fit import MODULI_STD
 from twin.lab import load_rig
 from twin.lab.identified_joint import IdentifiedJoint

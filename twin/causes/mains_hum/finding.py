@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.run import Run
-from recordings.sweeps import Stretch, sweeps
+from recordings.sweeps import Stretch, measured_stretches
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.hum_in_noise import line_in_noise
 from twin.diagnose.signals.limits import LIMITS
@@ -18,7 +18,7 @@ MOST_STEPS, LEAST_STEPS = 24, 12
 
 def find_mains_hum(runs: Sequence[Run]) -> list[Finding]:
     """Channels with a mains line in their sine steps; where too few of these can tell, in the broadband runs."""
-    stretches = [(run, stretch) for run in runs for sweep in sweeps(run) for stretch in sweep.stretches]
+    stretches = [(run, stretch) for run in runs for stretch in measured_stretches(run)]
     noise = [(run, stretch) for run, stretch in stretches if not stretch.step.frequency_Hz > 0]
     stretches = [(run, stretch) for run, stretch in stretches if stretch.step.frequency_Hz > 0]
     stretches = stretches[:: max(1, len(stretches) // MOST_STEPS)]

@@ -102,7 +102,7 @@ class Watch:
     def show(self, what: SampleBlock | Step | StepResult | Event) -> None:
         """Show samples, that a step's state begins, a measured step, or what happened."""
         if isinstance(what, SampleBlock):
-            self._latest_ns = max(self._latest_ns, what.time_ns + round(len(what) * 1e9 / what.sample_rate_Hz))
+            self._latest_ns = max(self._latest_ns, what.end_ns)
         for view in self._views:
             # The file's time may leave out the waits: what happens is shown at the time of the latest samples instead.
             view.show(what, self._latest_ns)

@@ -16,18 +16,13 @@ HELD = ("force_N", "acceleration_m_per_s2")
 
 @dataclass(frozen=True)
 class DriveTable:
-    """What is asked for, one row a step.
-
-    Attributes
-    ----------
-    frequency_Hz : ndarray, (r,)
-    force_N, acceleration_m_per_s2 : ndarray, (r,), or None
-        Peak values; one of the two is given.
-    """
+    """What is asked for, one row a step."""
 
     frequency_Hz: Array
+    """(r,)."""
     force_N: Array | None
     acceleration_m_per_s2: Array | None
+    """Peak values; one of the two is given, (r,)."""
 
 
 def read_drive(path: Path) -> DriveTable:

@@ -15,28 +15,20 @@ GRID_POINTS = 3000
 
 @dataclass(frozen=True)
 class ModalResponse:
-    """One row a solution; a step with three solutions has three rows.
-
-    Attributes
-    ----------
-    step : ndarray of int, (r,)
-        Row of the drive that each solution belongs to.
-    frequency_Hz, force_N, acceleration_m_per_s2, std, phase_rad : ndarray, (r,)
-        `std` is of the quantity that was not given, in its unit; the phase is the displacement's against the force.
-    branch : ndarray of int, (r,)
-        0 for the smallest solution of a step, rising with amplitude.
-    stable : ndarray of bool, (r,)
-        Whether a slow force-controlled sweep can rest there: the force rises with the amplitude.
-    """
+    """One row a solution; a step with three solutions has three rows."""
 
     step: NDArray[np.int64]
+    """Row of the drive that each solution belongs to, (r,)."""
     frequency_Hz: Array
     force_N: Array
     acceleration_m_per_s2: Array
     std: Array
     phase_rad: Array
+    """All (r,); `std` is of the quantity not given, in its unit; the phase is the displacement's against the force."""
     branch: NDArray[np.int64]
+    """0 for the smallest solution of a step, rising with amplitude, (r,)."""
     stable: NDArray[np.bool_]
+    """Whether a slow force-controlled sweep can rest there: the force rises with the amplitude, (r,)."""
 
     @property
     def branches(self) -> int:

@@ -11,21 +11,15 @@ from twin.identify.limits import LIMITS
 
 @dataclass(frozen=True)
 class RobustCurve:
-    """A polynomial in x / x_scale.
-
-    Attributes
-    ----------
-    coefficients : ndarray, (order + 1,)
-        Highest power first.
-    covariance : ndarray, (order + 1, order + 1)
-    left_out : ndarray, (n,)
-        Value minus the prediction by all others.
-    """
+    """A polynomial in x / x_scale."""
 
     coefficients: Array
+    """Highest power first, (order + 1,)."""
     covariance: Array
+    """(order + 1, order + 1)."""
     x_scale: float
     left_out: Array
+    """Value minus the prediction by all others, (n,)."""
 
     @property
     def order(self) -> int:

@@ -33,7 +33,6 @@ from twin.identify.nonlinear.opening_harmonics import (
 from twin.identify.slipping import RIPPLES
 from twin.identify.spectra.broadband import BinnedResponse
 
-__all__ = ["AtHarmonic", "ForwardModel"]
 Free = tuple[Array, Array]
 """Receptances (s, p, p) at a multiple of the drive frequency, and omega (s,)."""
 AtHarmonic = tuple[Array, Array, Array]

@@ -31,8 +31,6 @@ from twin.identify.nonlinear.opening_harmonics import (
 )
 from twin.identify.slipping import RIPPLES
 
-__all__ = ["HeldRig", "HeldStates"]
-
 CHUNK = 4096
 HARMONIC_TURNS = 2
 """Each leaves some twentieth of what harmonics add, most where a harmonic meets another resonance."""
@@ -40,27 +38,18 @@ HARMONIC_TURNS = 2
 
 @dataclass(frozen=True)
 class HeldStates:
-    """States of the rig, s of them.
-
-    Attributes
-    ----------
-    motion : ndarray, (s, n)
-        Complex amplitudes of the moving ports: openings, slips, ports of nonlinear forces, m.
-    stiffness : ndarray, (s, n)
-        Of the law and the forces there, N/m.
-    response : ndarray, (s,)
-        The channel's reading per force.
-    by_stiffness : ndarray, (s, n)
-        d log(response) / d(stiffness at each port), m/N.
-    unsettled : ndarray, (s,)
-        Relative disagreement of motion and stiffness.
-    """
+    """States of the rig, s of them."""
 
     motion: Array
+    """Complex amplitudes of the moving ports: openings, slips, ports of nonlinear forces, m, (s, n)."""
     stiffness: Array
+    """Of the law and the forces there, N/m, (s, n)."""
     response: Array
+    """The channel's reading per force, (s,)."""
     by_stiffness: Array
+    """d log(response) / d(stiffness at each port), m/N, (s, n)."""
     unsettled: Array
+    """Relative disagreement of motion and stiffness, (s,)."""
 
     @staticmethod
     def together(pieces: list[HeldStates]) -> HeldStates:

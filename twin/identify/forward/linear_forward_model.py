@@ -3,16 +3,13 @@
 import numpy as np
 
 from twin.arrays import Array
-from twin.identify.forward.extended_model import extended_model
 from twin.identify.limits import LIMITS
-from twin.identify.linear.linear_model import LinearParameters
+from twin.identify.linear.linear_model import LinearModel, LinearParameters
 from twin.identify.linear.structural_modification import attach
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.structure import points_of_joints
-
-__all__ = ["LinearForwardModel"]
 
 
 class LinearForwardModel:
@@ -35,7 +32,7 @@ class LinearForwardModel:
     def __init__(self, evidence: MeasuredData, modification: ModelModification | None = None) -> None:
         self.evidence = evidence
         self.modification = evidence.known.merged(modification) if modification else evidence.known
-        self.model = extended_model(evidence, self.modification)
+        self.model = _extended_model(evidence, self.modification)
         self.layer_elements = tuple(joint.layer_elements for joint in evidence.rig.joints)
         joints = [joint.name for joint in self.model.structure.joints]
         towards = [self.modification.towards_middle.get(name, 0.0) for name in joints]
@@ -160,3 +157,16 @@ class LinearForwardModel:
         if self.modification.base_receptance == 0.0:
             return into
         return into + self.modification.base_receptance * omega[:, None] ** 2 * R[:, :, p.extra.stop - 1]
+
+
+def _extended_model(evidence: MeasuredData, modification: ModelModification) -> LinearModel:
+    """The linear model with the extension's structure, positions and ports."""
+    model = evidence.model
+    if modification.changes_structure or modification.output_offset_m or modification.drive_offset_m:
+        model = evidence.changed_models.model(modification, evidence.outputs)
+    rows = [attachment.rows(model.structure) for attachment in modification.attachments]
+    rows += [force.row(model.structure)[None] for force in modification.nonlinear]
+    if modification.base_receptance:
+        s = model.structure
+        rows.append((s.M @ s.rigid_translation(evidence.rig.drive_place.direction))[None])
+    return model.with_ports(np.vstack(rows)) if rows else model

@@ -52,19 +52,13 @@ def blank_data(rig: Rig, preload: str | None = None) -> MeasuredData:
 
 @dataclass(frozen=True)
 class RigPrediction(ModalResponse):
-    """One row a solution, as a :class:`ModalResponse`.
-
-    Attributes
-    ----------
-    beyond : ndarray, (r,)
-        Amplitude of the layer's points over the last that the law knows, the largest of opening and slip; where it
-        exceeds one, `std` is wide.  Zero without a law.
-    unsettled : ndarray of bool, (r,)
-        Where no motion of the layer was found that agrees with its own moduli.
-    """
+    """One row a solution, as a :class:`ModalResponse`."""
 
     beyond: Array
+    """Amplitude of the layer's points over the last that the law knows, the largest of opening and slip, (r,); where it
+    exceeds one, `std` is wide.  Zero without a law."""
     unsettled: NDArray[np.bool_]
+    """Where no motion of the layer was found that agrees with its own moduli, (r,)."""
 
     @property
     def unseen(self) -> NDArray[np.bool_]:

@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from twin.rigs.tables import Shaker
 
-__all__ = ["drive_stiffness"]
-
 
 def drive_stiffness(drive: Shaker, omega: NDArray[Any]) -> NDArray[Any]:
     """Complex dynamic stiffness (f,) at the drive point, N/m: the stinger in series with armature, suspension and coil.

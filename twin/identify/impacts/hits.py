@@ -14,28 +14,17 @@ from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records
 
 @dataclass(frozen=True, kw_only=True)
 class HitRecord:
-    """The record of one hit.
-
-    Attributes
-    ----------
-    top, half : int
-        Sample at which the pulse is highest, and how many to either side belong to it and its filtering.
-    """
+    """The record of one hit."""
 
     record: BroadbandRecord
     top: int
     half: int
+    """Sample at which the pulse is highest, and how many to either side belong to it and its filtering."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hits:
-    """The records that can be used, by point in the order of the test, and a line on each that cannot.
-
-    Attributes
-    ----------
-    length : int
-        Samples that all records have.
-    """
+    """The records that can be used, by point in the order of the test, and a line on each that cannot."""
 
     force: str
     channels: tuple[str, ...]
@@ -43,6 +32,7 @@ class Hits:
     set_aside: tuple[str, ...]
     sample_rate_Hz: float
     length: int
+    """Samples that all records have."""
 
     @property
     def each(self) -> tuple[HitRecord, ...]:

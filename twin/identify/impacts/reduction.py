@@ -26,51 +26,34 @@ Estimator = Literal["H1", "H2", "Hv"]
 
 @dataclass(frozen=True, kw_only=True)
 class Reduction:
-    """How hits are reduced.
-
-    Attributes
-    ----------
-    force_window_s : float or None
-        Kept of the force before and after its peak; None for the pulse with its filtering.
-    left : float or None
-        What the exponential window leaves at the record's end, 1 for none; None for as much as the decay needs.
-    """
+    """How hits are reduced."""
 
     estimator: Estimator = "H1"
     force_window_s: float | None = None
+    """Kept of the force before and after its peak; None for the pulse with its filtering."""
     left: float | None = None
+    """What the exponential window leaves at the record's end, 1 for none; None for as much as the decay needs."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImpactResponses:
-    """Averaged responses of every channel to a force at every point.
-
-    Attributes
-    ----------
-    points, channels : tuple of str
-        Of p and o.
-    frequency_Hz : ndarray, (f,)
-        Within the band that the pulses excite.
-    H : ndarray of complex, (f, p, o)
-        At s = j omega + `rate_per_s`, in the channels' units per newton.
-    coherence : ndarray, (f, p, o)
-        One everywhere where a point was hit once.
-    std : ndarray, (f, p, o)
-        Root of the complex variance: the coherence's, and no better than a lab reproduces a response.
-    rate_per_s : float
-        Of the exponential window.
-    notes : tuple of str
-        What is wrong with windows or hits, and what was done about it.
-    """
+    """Averaged responses of every channel to a force at every point."""
 
     points: tuple[str, ...]
     channels: tuple[str, ...]
+    """Of p and o."""
     frequency_Hz: Array
+    """Within the band that the pulses excite, (f,)."""
     H: Array
+    """Complex, at s = j omega + `rate_per_s`, in the channels' units per newton, (f, p, o)."""
     coherence: Array
+    """One everywhere where a point was hit once, (f, p, o)."""
     std: Array
+    """Root of the complex variance: the coherence's, and no better than a lab reproduces a response, (f, p, o)."""
     rate_per_s: float
+    """Of the exponential window."""
     notes: tuple[str, ...]
+    """What is wrong with windows or hits, and what was done about it."""
 
 
 def reduce_hits(hits: Hits, how: Reduction, *, band_Hz: tuple[float, float] | None = None) -> ImpactResponses:

@@ -13,15 +13,10 @@ from twin.arrays import Array
 
 @dataclass(frozen=True)
 class Blocks:
-    """The order and the sizes of the blocks.
-
-    Attributes
-    ----------
-    sizes : tuple of (str, int)
-        Name and number of entries of each, in the vector's order.
-    """
+    """The order and the sizes of the blocks."""
 
     sizes: tuple[tuple[str, int], ...]
+    """Name and number of entries of each, in the vector's order."""
 
     @cached_property
     def _slices(self) -> dict[str, slice]:

@@ -35,20 +35,14 @@ ELSEWHERE = tuple(pair for pair in product((-0.5, 0.0, 0.4), repeat=2) if any(pa
 
 @dataclass(frozen=True, kw_only=True)
 class LinearFit:
-    """Base parameters with covariance (of ``base.vector``), and how well they fit.
-
-    Attributes
-    ----------
-    chi2_per_dof : float
-        Of the whitened residual.
-    nominal : LinearParameters
-        Centre of the prior.
-    """
+    """Base parameters with covariance (of ``base.vector``), and how well they fit."""
 
     base: LinearParameters
     covariance: Array
     chi2_per_dof: float
+    """Of the whitened residual."""
     nominal: LinearParameters
+    """Centre of the prior."""
 
 
 def base_prior(

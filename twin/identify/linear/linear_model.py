@@ -30,20 +30,16 @@ class LinearParameters:
 
     A frequency discrepancy is the relative error of one natural frequency that no parameter of the model explains:
     discretisation, neglected rotary inertia, a length rounded to tenths of a millimetre.  Its prior is tight.
-
-    Attributes
-    ----------
-    E, G, loss_E, loss_G : ndarray, (j,)
-        One for each joint, in the rig's order; a number stands for a single joint's.
-    zeta, frequency discrepancy : ndarray, (LIMITS.damped_modes,)
     """
 
     E: Array
     G: Array
     loss_E: Array
     loss_G: Array
+    """One for each joint, in the rig's order, (j,); a number stands for a single joint's."""
     zeta: Array
     frequency_discrepancy: Array
+    """(LIMITS.damped_modes,)."""
 
     def __post_init__(self) -> None:
         for name in ("E", "G", "loss_E", "loss_G"):
@@ -121,24 +117,17 @@ class Ports:
 
     Outer ports come first: the drives, the outputs, extra ports, and what else a prediction looks at.  Inner ones,
     which only sensitivities need, stand behind them.
-
-    Attributes
-    ----------
-    outer : ndarray, (p, n)
-    normals, shears : tuple of ndarray, (r, n)
-        Normal and shear strains of each joint's layer.
-    dampers : ndarray, (d, n)
-        Of the viscous dampers between places.
-    modes : ndarray, (m, n)
-        Damped modal coordinates.
-    outputs, extra : slice
     """
 
     outer: Array
+    """(p, n)."""
     normals: tuple[Array, ...]
     shears: tuple[Array, ...]
+    """Normal and shear strains of each joint's layer, (r, n)."""
     dampers: Array
+    """Of the viscous dampers between places, (d, n)."""
     modes: Array
+    """Damped modal coordinates, (m, n)."""
     outputs: slice
     extra: slice
 

@@ -24,23 +24,16 @@ KEPT_MODES = 18
 
 @dataclass(frozen=True)
 class ModalBasis:
-    """Kept modes of a structure with viscous modal damping, and the static remainder of the others.
-
-    Attributes
-    ----------
-    omega, zeta : ndarray, (m,)
-        Natural frequencies and damping ratios of the kept modes.
-    Phi : ndarray, (n, m)
-        Their mass-normalised shapes.
-    flexibility, flexibility2 : ndarray, (n, n)
-        Remainder of the other modes in powers of omega^2: sum phi phi' / omega_r^2 and sum phi phi' / omega_r^4.
-    """
+    """Kept modes of a structure with viscous modal damping, and the static remainder of the others."""
 
     omega: Array
     zeta: Array
+    """Natural frequencies and damping ratios of the kept modes, (m,)."""
     Phi: Array
+    """Their mass-normalised shapes, (n, m)."""
     flexibility: Array
     flexibility2: Array
+    """Remainder (n, n) of the other modes in powers of omega^2: sum phi phi' / omega_r^2, sum phi phi' / omega_r^4."""
 
     def with_damping(self, zeta: Array, frequency_discrepancy: Array) -> ModalBasis:
         """Return the same modes with other damping ratios and relatively shifted frequencies for the first ones."""

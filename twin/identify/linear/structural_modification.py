@@ -21,23 +21,16 @@ from twin.identify.linear.receptance import ModalBasis
 
 @dataclass(frozen=True)
 class PortPairs:
-    """What of a modal basis the receptances between some ports need.
-
-    Attributes
-    ----------
-    terms : ndarray, (t, m + 2)
-        For each pair on and below the diagonal: products of both ports' modal displacements, remainder of the other
-        modes, and its part that grows with omega^2.
-    places : ndarray, (p,)
-        Which ports of the stack they are; the softened ones come first.
-    outer, stack : int
-        Number of ports in the stack that are wanted at the least, its first ones, and of all.
-    """
+    """What of a modal basis the receptances between some ports need."""
 
     terms: Array
+    """For each pair on and below the diagonal: products of both ports' modal displacements, remainder of the other
+    modes, and its part that grows with omega^2, (t, m + 2)."""
     places: NDArray[np.intp]
+    """Which ports of the stack they are; the softened ones come first, (p,)."""
     outer: int
     stack: int
+    """Number of ports in the stack that are wanted at the least, its first ones, and of all."""
 
     @classmethod
     def of(cls, basis: ModalBasis, rows: Array, places: NDArray[np.intp], *, outer: int) -> PortPairs:
@@ -67,7 +60,8 @@ class PortPairs:
         out = np.empty((len(omega), count, count), complex)
         springs = np.ascontiguousarray(S, complex)
         first = 0 if inner else S.shape[1]
-        _receptance(out, np.asarray(omega, complex), basis.omega, basis.zeta, self.terms, springs, self.places, first)
+        poles = basis.omega, basis.zeta
+        _receptance(out, np.asarray(omega, complex), poles, self.terms, springs, self.places, first)
         return out
 
 
@@ -101,7 +95,7 @@ LANES = 16
 
 @numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTER)
 def _receptance(
-    out: Array, omega: Array, omega_r: Array, zeta: Array, terms: Array, S: Array, places: Any, first: int
+    out: Array, omega: Array, poles: tuple[Array, Array], terms: Array, S: Array, places: Any, first: int
 ) -> None:
     """Fill in `out` between the ports from the `first` one on, which is 0 or the number of springs; NaN elsewhere.
 
@@ -117,7 +111,7 @@ def _receptance(
             w[n] = omega[f]
             for k in range(springs):
                 spring[k, n], spring[k, LANES + n] = S[f, k].real, S[f, k].imag
-        _factors(factors, w, omega_r, zeta)
+        _factors(factors, w, *poles)
         np.dot(terms, factors, R)
         for k in range(springs):
             _put_in(R, spring[k], k, 0 if first == 0 else k + 1, column, scaled)

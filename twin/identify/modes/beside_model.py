@@ -16,25 +16,17 @@ from twin.structure.plausibility import largest_motion
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BesideModel:
-    """Measured modes r and the model's m.
-
-    Attributes
-    ----------
-    places : tuple of Place
-        Of the shapes' rows d.
-    shapes : ndarray, (d, m)
-        The model's.
-    mac : ndarray, (r, m)
-        Ones where a shape is a single number.
-    pairs : dict of int
-        Number of the model's mode by that of the measured one, both from 0.
-    """
+    """Measured modes r and the model's m."""
 
     modelled: ModelledRig
     places: tuple[Place, ...]
+    """Of the shapes' rows d."""
     shapes: Array
+    """The model's, (d, m)."""
     mac: Array
+    """Ones where a shape is a single number, (r, m)."""
     pairs: Mapping[int, int]
+    """Number of the model's mode by that of the measured one, both from 0."""
 
     def scaled(self, measured: Array, mode: int) -> Array:
         """A measured shape (d,) as large as the model's mode, by least squares."""

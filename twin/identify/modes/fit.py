@@ -17,23 +17,16 @@ LEAST_LINES = 20
 
 @dataclass(frozen=True)
 class Mode:
-    """One identified mode.
-
-    Attributes
-    ----------
-    frequency_Hz, frequency_std_Hz, damping_ratio, damping_std : float
-    residues : ndarray, (o,)
-        Of R / (j omega - p), in the responses' unit times rad/s.
-    share : float
-        Of the chart's orders that have it.
-    """
+    """One identified mode."""
 
     frequency_Hz: float
     frequency_std_Hz: float
     damping_ratio: float
     damping_std: float
     residues: Array
+    """Of R / (j omega - p), in the responses' unit times rad/s, (o,)."""
     share: float
+    """Of the chart's orders that have it."""
 
     @property
     def pole(self) -> complex:
@@ -44,27 +37,18 @@ class Mode:
 
 @dataclass(frozen=True, kw_only=True)
 class ModalFit:
-    """Modes of a band.
-
-    Attributes
-    ----------
-    modes : tuple of Mode
-        Rising in frequency.
-    fit : PoleFit
-        All poles that were fitted, those just outside the band among them, with their residues.
-    chi2_per_dof : float
-        Of the weighted residual; standard deviations are widened by its root where it is above one.
-    residual_percent : float
-        Norm of the difference over that of the responses, per cent.
-    chart : tuple of ChartPole
-        All poles of all orders.
-    """
+    """Modes of a band."""
 
     modes: tuple[Mode, ...]
+    """Rising in frequency."""
     fit: PoleFit
+    """All poles that were fitted, those just outside the band among them, with their residues."""
     chi2_per_dof: float
+    """Of the weighted residual; standard deviations are widened by its root where it is above one."""
     residual_percent: float
+    """Norm of the difference over that of the responses, per cent."""
     chart: tuple[ChartPole, ...]
+    """All poles of all orders."""
 
 
 def fit_modes(

@@ -10,37 +10,27 @@ from twin.identify.modes.shapes import Shape
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeasuredModes:
-    """Modes of a recording.
-
-    Attributes
-    ----------
-    places : tuple of str
-        Of the shapes: the points of an impact test, or the channels.
-    frequency_Hz, H : ndarray, (f,), (f, o)
-        The responses that were fitted, with the names of their `outputs`.
-    coherence : ndarray, (f, o), or None
-        Of an impact test.
-    rate_per_s : float
-        Of the exponential window that the responses were seen through.
-    shapes : tuple of Shape
-        Of each mode of the fit.
-    notes : tuple of str
-        What is wrong, or was set aside.
-    """
+    """Modes of a recording."""
 
     run: str
     force: str
     channels: tuple[str, ...]
     places: tuple[str, ...]
+    """Of the shapes: the points of an impact test, or the channels."""
     fit: ModalFit
     frequency_Hz: Array
     H: Array
+    """The responses that were fitted, (f,) and (f, o), with the names of their `outputs`."""
     outputs: tuple[str, ...]
     shapes: tuple[Shape, ...]
+    """Of each mode of the fit."""
     coherence: Array | None = None
+    """Of an impact test, (f, o)."""
     rate_per_s: float = 0.0
+    """Of the exponential window that the responses were seen through."""
     beside: BesideModel | None = None
     notes: tuple[str, ...] = ()
+    """What is wrong, or was set aside."""
 
     @property
     def sentence(self) -> str:

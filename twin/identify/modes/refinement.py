@@ -24,31 +24,21 @@ HARDLY = 1e-9
 
 @dataclass(frozen=True)
 class PoleFit:
-    """Poles with covariance, residues, and how well they fit.
-
-    Attributes
-    ----------
-    omega, zeta : ndarray, (m,)
-        Natural frequencies (rad/s) and damping ratios.
-    covariance : ndarray, (2 m, 2 m)
-        Of (log omega ..., log zeta ...), for the weights as given.
-    residues : ndarray, (o, m)
-    remainders : ndarray, (o, 3)
-        U, L and V, these two at the ends of `band`.
-    band : tuple of float
-        First and last omega, rad/s.
-    chi2 : float
-        Sum of squares of the weighted residual.
-    dof : int
-    """
+    """Poles with covariance, residues, and how well they fit."""
 
     omega: Array
     zeta: Array
+    """Natural frequencies (rad/s) and damping ratios, (m,)."""
     covariance: Array
+    """Of (log omega ..., log zeta ...), for the weights as given, (2 m, 2 m)."""
     residues: Array
+    """(o, m)."""
     remainders: Array
+    """U, L and V, these two at the ends of `band`, (o, 3)."""
     band: tuple[float, float]
+    """First and last omega, rad/s."""
     chi2: float
+    """Sum of squares of the weighted residual."""
     dof: int
 
     @property

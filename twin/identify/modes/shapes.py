@@ -9,18 +9,12 @@ from twin.arrays import Array
 
 @dataclass(frozen=True)
 class Shape:
-    """A mode's shape.
-
-    Attributes
-    ----------
-    values : ndarray of complex, (d,)
-        The largest one has size one; turned so that they lie along the real axis as well as they can.
-    phase_scatter_deg : float
-        How far they are from lying on it: 0 of a mode whose places all move in phase or against it, 45 of none.
-    """
+    """A mode's shape."""
 
     values: Array
+    """Complex, the largest of size one; turned so that they lie along the real axis as well as they can, (d,)."""
     phase_scatter_deg: float
+    """How far they are from lying on it: 0 of a mode whose places all move in phase or against it, 45 of none."""
 
 
 def shape_of(residues: Array) -> Shape:

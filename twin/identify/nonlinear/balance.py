@@ -8,8 +8,6 @@ import numpy as np
 
 from twin.arrays import Array
 
-__all__ = ["Added", "Balance", "log_amplitudes"]
-
 
 def log_amplitudes(amplitude: Array) -> Array:
     """Their logarithms, finite where nothing moves."""
@@ -18,21 +16,14 @@ def log_amplitudes(amplitude: Array) -> Array:
 
 @dataclass(frozen=True)
 class Added:
-    """Stiffness at the ports beside that of the law and the forces, to first order in the openings' log amplitudes.
-
-    Attributes
-    ----------
-    stiffness : ndarray, (s, n)
-        Complex, N/m,
-    growth : ndarray, (s, p, p)
-        the derivative of the openings' by the logarithms of their amplitudes,
-    log_amplitude : ndarray, (s, p)
-        where these are so, of m.
-    """
+    """Stiffness at the ports beside that of the law and the forces, to first order in the openings' log amplitudes."""
 
     stiffness: Array
+    """Complex, N/m, (s, n)."""
     growth: Array
+    """The derivative of the openings' stiffness by the logarithms of their amplitudes, (s, p, p)."""
     log_amplitude: Array
+    """Where these are so, of m, (s, p)."""
 
     @staticmethod
     def nothing(shape: tuple[int, ...], points: int) -> Added:
@@ -58,27 +49,18 @@ class Added:
 
 @dataclass(frozen=True)
 class Balance:
-    """The ports' motion and stiffness where each agrees with the other.
-
-    Attributes
-    ----------
-    motion : ndarray, (s, n)
-        Complex amplitudes, m.
-    stiffness : ndarray, (s, n)
-        Complex, N/m.
-    added : Added
-        The part of it that is neither the law's nor the forces': what harmonics of the motion add.
-    unsettled : ndarray, (s,)
-        Largest relative disagreement that was left.
-    ripples : ndarray, (s, m, 3), or None
-        What the nonlinear forces slip into, see :class:`LocalForces`.
-    """
+    """The ports' motion and stiffness where each agrees with the other."""
 
     motion: Array
+    """Complex amplitudes, m, (s, n)."""
     stiffness: Array
+    """Complex, N/m, (s, n)."""
     added: Added
+    """The part of it that is neither the law's nor the forces': what harmonics of the motion add."""
     unsettled: Array
+    """Largest relative disagreement that was left, (s,)."""
     ripples: Array | None = None
+    """What the nonlinear forces slip into, see :class:`LocalForces`, (s, m, 3)."""
 
     @property
     def more(self) -> Array:

@@ -4,106 +4,162 @@ Every step is a small problem of its own: n ports, a complex elimination with n 
 step on the logarithms of the amplitudes.
 """
 
+from __future__ import annotations
+
+from typing import NamedTuple
+
 import numpy as np
 
 from twin.arrays import Array
 from twin.identify.slipping import LEAST_SLIP, RIPPLES, room_to_slide, slide
 from twin.joint.elimination import COMPILED, eliminate, eliminate_columns
 
-__all__ = ["settle", "turn"]
+
+class PackedPorts(NamedTuple):
+    """What acts at n ports beside the nonlinear forces, and the rig around them, at s steps."""
+
+    opening: Array
+    slip: Array
+    """Softening and loss at each point as cubics, from :func:`~twin.identify.nonlinear.joint_law.packed_laws`."""
+    weights: Array
+    """Of the layers' points, (s, 2 p)."""
+    among: Array
+    driven: Array
+    reference: Array
+    to_reference: Array
+    amplitude: Array
+    """As in :class:`twin.identify.nonlinear.local_forces.Surroundings`."""
+    more: Array
+    more_growth: Array
+    more_at: Array
+    """As in :class:`twin.identify.nonlinear.balance.Added`."""
+
+
+class Turn(NamedTuple):
+    """Motion and stiffness (s, n) at assumed amplitudes, what these miss, and Newton's step."""
+
+    motion: Array
+    stiffness: Array
+    gap: Array
+    step: Array
+
+    @staticmethod
+    def of(log_a: Array) -> Turn:
+        """Room for one."""
+        shape = log_a.shape
+        return Turn(np.empty(shape, complex), np.empty(shape, complex), np.empty(shape), np.empty(shape))
+
+    @property
+    def worst(self) -> Array:
+        """Largest of what each step misses, (s,)."""
+        return np.asarray(np.max(np.abs(self.gap), axis=1))
+
+    def take(self, other: Turn, rows: Array) -> None:
+        """Copy some rows."""
+        for own, taken in zip(self, other, strict=True):
+            own[rows] = taken[rows]
+
+
+class PackedSliders(NamedTuple):
+    """Sliders, which act at the last ports."""
+
+    values: Array
+    """Stiffness and slip force of each, as in :class:`twin.identify.slipping.Slider`, (m, 2)."""
+    compliance: Array
+    common: Array
+    """What each slips into (s, m, 3), and the :func:`~twin.identify.slipping.common_spring` of that (s, m)."""
+    difference: float
+    """Relative step of an amplitude for the derivative of a slider's stiffness."""
+
+
+class NewtonLimits(NamedTuple):
+    """Most turns, the largest disagreement that ends them, and the longest step and shortest share of one."""
+
+    turns: int
+    settled: float
+    longest: float
+    shortest: float
+
+
+class _Room(NamedTuple):
+    """For one step's system of equations, and Newton's."""
+
+    A: Array
+    right: Array
+    slope: Array
+    J: Array
+    r: Array
 
 
 @COMPILED
-def turn(
-    opening: Array, slip: Array, weights: Array, among: Array, driven: Array, reference: Array, to_reference: Array,
-    amplitude: Array, more: Array, more_growth: Array, more_at: Array, own: Array, growth: Array, log_a: Array,
-    rows: Array, z: Array, k: Array, gap: Array, step: Array,
-) -> None:  # fmt: skip
+def turn(ports: PackedPorts, own: Array, growth: Array, log_a: Array, rows: Array, out: Turn) -> None:
     """Motion and stiffness of some steps at assumed amplitudes, what these miss, and Newton's step.
 
     Parameters
     ----------
-    opening, slip : ndarray, (p, 4 + 2, i)
-        Softening and loss at each point as cubics, see :func:`twin.identify.nonlinear.joint_law.packed_laws`.
-    weights : ndarray, (s, 2 p)
-        Of the layers' points.
-    among, driven, reference, to_reference, amplitude
-        As in :class:`twin.identify.nonlinear.local_forces.Surroundings`.
-    more, more_growth, more_at : ndarray, (s, n), (s, p, p), (s, p)
-        As in :class:`twin.identify.nonlinear.local_forces.Added`.
     own, growth : ndarray, (s, n - 2 p)
         Stiffness of the nonlinear forces at these amplitudes, and its derivative by their logarithms.
     log_a : ndarray, (s, n)
         Logarithms of the assumed amplitudes.
     rows : ndarray of int
         Which steps.
-    z, k, gap, step : ndarray, (s, n)
+    out
         Filled there.
     """
-    n = driven.shape[1]
-    A, right, slope = np.empty((n, n), np.complex128), np.empty((n, n + 1), np.complex128), np.empty(n, np.complex128)
-    J, r = np.empty((n, n)), np.empty(n)
+    room = _room(log_a.shape[1])
     for s in rows:
-        _turn_one(
-            opening, slip, weights[s], among[s], driven[s], reference[s], to_reference[s], amplitude[s], more[s],
-            more_growth[s], more_at[s], own[s], growth[s], log_a[s], z[s], k[s], gap[s], step[s], A, right, slope, J, r,
-        )  # fmt: skip
+        one = Turn(out.motion[s], out.stiffness[s], out.gap[s], out.step[s])
+        _turn_one(ports, s, own[s], growth[s], log_a[s], one, room)
 
 
 @COMPILED
-def settle(
-    opening: Array, slip: Array, weights: Array, among: Array, driven: Array, reference: Array, to_reference: Array,
-    amplitude: Array, more: Array, more_growth: Array, more_at: Array, sliders: Array, compliance: Array, common: Array,
-    log_a: Array, z: Array, k: Array, worst: Array, turns: int, settled: float, longest: float, shortest: float,
-    difference: float,
-) -> None:  # fmt: skip
+def settle(ports: PackedPorts, sliders: PackedSliders, limits: NewtonLimits, log_a: Array, z: Array, k: Array) -> Array:
     """The same to the end, where all nonlinear forces are sliders: `log_a` is moved to where nothing is missed.
 
     A step that does not help is shortened, down to the `shortest` share; no logarithm moves by more than `longest`.
 
     Parameters
     ----------
-    sliders : ndarray, (m, 2)
-        Stiffness and slip force of each, as in :class:`twin.identify.slipping.Slider`.
-    compliance, common : ndarray, (s, m, 3) and (s, m)
-        What each slips into, and what that has in common, see :func:`twin.identify.slipping.common_spring`.
-    worst : ndarray, (s,)
-        Filled with the largest disagreement that is left.
-    difference : float
-        Relative step of an amplitude for the derivative of a slider's stiffness.
+    z, k : ndarray, (s, n)
+        Filled with the motion and the stiffness.
+
+    Returns
+    -------
+    ndarray, (s,)
+        The largest disagreement that is left.
     """
-    n = driven.shape[1]
-    A, right, slope = np.empty((n, n), np.complex128), np.empty((n, n + 1), np.complex128), np.empty(n, np.complex128)
-    J, r = np.empty((n, n)), np.empty(n)
-    own, growth = np.empty(len(sliders), np.complex128), np.empty(len(sliders), np.complex128)
-    force, room = np.empty(1 + len(RIPPLES), np.complex128), room_to_slide()
-    gap, step, trial = np.empty(n), np.empty(n), np.empty(n)
-    new_gap, new_step, new_z, new_k = np.empty(n), np.empty(n), np.empty(n, np.complex128), np.empty(n, np.complex128)
-    for s in range(len(driven)):
-        _slide_all(sliders, compliance[s], common[s], log_a[s], difference, own, growth, force, room)
-        _turn_one(
-            opening, slip, weights[s], among[s], driven[s], reference[s], to_reference[s], amplitude[s], more[s],
-            more_growth[s], more_at[s], own, growth, log_a[s], z[s], k[s], gap, step, A, right, slope, J, r,
-        )  # fmt: skip
+    steps, n = log_a.shape
+    room, count = _room(n), len(sliders.values)
+    own, growth = np.empty(count, np.complex128), np.empty(count, np.complex128)
+    force, slip = np.empty(1 + len(RIPPLES), np.complex128), room_to_slide()
+    gap, step, trial, worst = np.empty(n), np.empty(n), np.empty(n), np.empty(steps)
+    new = Turn(np.empty(n, np.complex128), np.empty(n, np.complex128), np.empty(n), np.empty(n))
+    for s in range(steps):
+        _slide_all(sliders, s, log_a[s], own, growth, force, slip)
+        _turn_one(ports, s, own, growth, log_a[s], Turn(z[s], k[s], gap, step), room)
         worst[s] = _largest(gap)
         share = 1.0
-        for _ in range(turns):
-            if not worst[s] > settled:
+        for _ in range(limits.turns):
+            if not worst[s] > limits.settled:
                 break
             for i in range(n):
-                trial[i] = log_a[s, i] + share * min(max(step[i], -longest), longest)
-            _slide_all(sliders, compliance[s], common[s], trial, difference, own, growth, force, room)
-            _turn_one(
-                opening, slip, weights[s], among[s], driven[s], reference[s], to_reference[s], amplitude[s], more[s],
-                more_growth[s], more_at[s], own, growth, trial, new_z, new_k, new_gap, new_step, A, right, slope, J, r,
-            )  # fmt: skip
-            left = _largest(new_gap)
-            if left < worst[s] or share <= shortest:
+                trial[i] = log_a[s, i] + share * min(max(step[i], -limits.longest), limits.longest)
+            _slide_all(sliders, s, trial, own, growth, force, slip)
+            _turn_one(ports, s, own, growth, trial, new, room)
+            left = _largest(new.gap)
+            if left < worst[s] or share <= limits.shortest:
                 for i in range(n):
-                    log_a[s, i], z[s, i], k[s, i], step[i] = trial[i], new_z[i], new_k[i], new_step[i]
+                    log_a[s, i], z[s, i], k[s, i], step[i] = trial[i], new.motion[i], new.stiffness[i], new.step[i]
                 worst[s], share = left, 1.0
             else:
                 share /= 4.0
+    return worst
+
+
+@COMPILED
+def _room(n: int) -> _Room:
+    complexes = np.empty((n, n), np.complex128), np.empty((n, n + 1), np.complex128), np.empty(n, np.complex128)
+    return _Room(complexes[0], complexes[1], complexes[2], np.empty((n, n)), np.empty(n))
 
 
 @COMPILED
@@ -117,33 +173,34 @@ def _largest(gap: Array) -> float:
 
 @COMPILED
 def _slide_all(
-    sliders: Array, compliance: Array, common: Array, log_a: Array, difference: float, own: Array, growth: Array,
-    force: Array, room: tuple[Array, ...],
-) -> None:  # fmt: skip
-    """Stiffness of the sliders, whose ports are the last ones, and its derivative by the log amplitude of each."""
-    first = len(log_a) - len(sliders)
-    for i in range(len(sliders)):
-        a, k = np.exp(log_a[first + i]), sliders[i, 0]
-        slide(a, k, sliders[i, 1], common[i], compliance[i], force, room)
+    sliders: PackedSliders, s: int, log_a: Array, own: Array, growth: Array, force: Array, room: tuple[Array, ...]
+) -> None:
+    """Stiffness of the sliders at a step, and its derivative by the log amplitude of each."""
+    first = len(log_a) - len(sliders.values)
+    for i in range(len(sliders.values)):
+        a, k, slip_force = np.exp(log_a[first + i]), sliders.values[i, 0], sliders.values[i, 1]
+        common, compliance = sliders.common[s, i], sliders.compliance[s, i]
+        slide(a, k, slip_force, common, compliance, force, room)
         own[i] = force[0] / max(a, LEAST_SLIP) - k
-        a *= 1.0 + difference
-        slide(a, k, sliders[i, 1], common[i], compliance[i], force, room)
-        growth[i] = (force[0] / max(a, LEAST_SLIP) - k - own[i]) / difference
+        a *= 1.0 + sliders.difference
+        slide(a, k, slip_force, common, compliance, force, room)
+        growth[i] = (force[0] / max(a, LEAST_SLIP) - k - own[i]) / sliders.difference
 
 
 @COMPILED
-def _turn_one(
-    opening: Array, slip: Array, weights: Array, among: Array, driven: Array, reference: complex, to_reference: Array,
-    amplitude: complex, more: Array, more_growth: Array, more_at: Array, own: Array, growth: Array, log_a: Array,
-    z: Array, k: Array, gap: Array, step: Array, A: Array, right: Array, slope: Array, J: Array, r: Array,
-) -> None:  # fmt: skip
+def _turn_one(ports: PackedPorts, s: int, own: Array, growth: Array, log_a: Array, out: Turn, room: _Room) -> None:
+    """:func:`turn` at one step, whose rows `own`, `growth`, `log_a` and `out` are."""
+    weights, more, more_growth, more_at = ports.weights[s], ports.more[s], ports.more_growth[s], ports.more_at[s]
+    among, driven, to_reference = ports.among[s], ports.driven[s], ports.to_reference[s]
+    z, k, gap, step = out
+    A, right, slope, J, r = room
     n, points = len(driven), len(weights) // 2
     for i in range(n):
         if i < points:
-            value, by_log = _cubic(opening[i], np.exp(log_a[i]))
+            value, by_log = _cubic(ports.opening[i], np.exp(log_a[i]))
             k[i], slope[i] = complex(-weights[i] * value, 0.0), complex(-weights[i] * by_log, 0.0)
         elif i < 2 * points:
-            value, by_log = _cubic(slip[i - points], np.exp(log_a[i]))
+            value, by_log = _cubic(ports.slip[i - points], np.exp(log_a[i]))
             k[i], slope[i] = complex(0.0, weights[i] * value), complex(0.0, weights[i] * by_log)
         else:
             k[i], slope[i] = own[i - 2 * points], growth[i - 2 * points]
@@ -158,11 +215,11 @@ def _turn_one(
             right[i, 1 + j] = among[i, j]
         A[i, i] += 1.0
     eliminate_columns(A, right)
-    reading = reference
+    reading = ports.reference[s]
     for i in range(n):
         reading -= to_reference[i] * k[i] * right[i, 0]
     for i in range(n):
-        z[i] = right[i, 0] / reading * amplitude
+        z[i] = right[i, 0] / reading * ports.amplitude[s]
         gap[i] = np.log(max(abs(z[i]), 1e-300)) - log_a[i]
     for i in range(n):
         for j in range(n):

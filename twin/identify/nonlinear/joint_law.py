@@ -48,22 +48,16 @@ def curve_precision(knots: Array, roughness: float) -> Array:
 
 @dataclass(frozen=True)
 class LayerLaw:
-    """Spline values at the knots: softening s of the opening and loss l of the slip, N/m2.
-
-    Attributes
-    ----------
-    opening_knots, slip_knots : ndarray, (n,), (m,)
-        Amplitudes > 0, m.
-    softening, loss : ndarray, (n,), (m,)
-    run_out : float
-        Logarithm of amplitude over which both level off beyond their last knots.
-    """
+    """Spline values at the knots: softening s of the opening and loss l of the slip, N/m2."""
 
     opening_knots: Array
     slip_knots: Array
+    """Amplitudes > 0, m, (n,) and (m,)."""
     softening: Array
     loss: Array
+    """(n,) and (m,)."""
     run_out: float = LIMITS.run_out
+    """Logarithm of amplitude over which both level off beyond their last knots."""
 
     @staticmethod
     def zero(opening_knots: Array, slip_knots: Array) -> LayerLaw:

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,36 +23,27 @@ from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import NoiseMotion, NonlinearForce
 from twin.identify.nonlinear.balance import Added, Balance, log_amplitudes
-from twin.identify.nonlinear.balance_kernel import settle, turn
+from twin.identify.nonlinear.balance_kernel import NewtonLimits, PackedPorts, PackedSliders, Turn, settle, turn
 from twin.identify.nonlinear.joint_law import LayerLaw, packed_laws
 from twin.identify.slipping import RIPPLES, Slider, common_spring
 
-TURNS, SETTLED = 15, 1e-9
+NEWTON = NewtonLimits(15, 1e-9, LIMITS.local_longest, LIMITS.local_shortest)
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The rig around n ports, without their forces, at s steps.
-
-    Attributes
-    ----------
-    among : ndarray, (s, n, n)
-        Receptances among the ports.
-    driven : ndarray, (s, n)
-        Displacement of the ports per drive force.
-    reference : ndarray, (s,)
-        What the reference channel reads per drive force,
-    to_reference : ndarray, (s, n)
-        and per force on each port.
-    amplitude : ndarray, (s,)
-        Complex, that channel's measured reading.
-    """
+    """The rig around n ports, without their forces, at s steps."""
 
     among: Array
+    """Receptances among the ports, (s, n, n)."""
     driven: Array
+    """Displacement of the ports per drive force, (s, n)."""
     reference: Array
+    """What the reference channel reads per drive force, (s,)."""
     to_reference: Array
+    """The same per force on each port, (s, n)."""
     amplitude: Array
+    """Complex, that channel's measured reading, (s,)."""
 
     def motion(self, stiffness: Array) -> tuple[Array, Array]:
         """Complex amplitudes (s, n) of the ports with `stiffness` (s, n) there; d log motion_i / d stiffness_j."""
@@ -79,44 +69,12 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Influence:
-    """What stiffness at the ports does.
-
-    Attributes
-    ----------
-    motion : ndarray, (s, n, n)
-        d log (complex amplitude of port i) / d (stiffness of port j).
-    response : ndarray, (s, o, n)
-        d log (response) / d (stiffness of port j).
-    """
+    """What stiffness at the ports does."""
 
     motion: Array
+    """d log (complex amplitude of port i) / d (stiffness of port j), (s, n, n)."""
     response: Array
-
-
-@dataclass(frozen=True)
-class _Turn:
-    """Motion and stiffness (s, n) at assumed amplitudes, what these miss, and Newton's step."""
-
-    motion: Array
-    stiffness: Array
-    gap: Array
-    step: Array
-
-    @staticmethod
-    def of(log_a: Array) -> _Turn:
-        """Room for one."""
-        shape = log_a.shape
-        return _Turn(np.empty(shape, complex), np.empty(shape, complex), np.empty(shape), np.empty(shape))
-
-    @property
-    def worst(self) -> Array:
-        """Largest of what each step misses, (s,)."""
-        return np.asarray(np.max(np.abs(self.gap), axis=1))
-
-    def take(self, other: _Turn, rows: Array) -> None:
-        """Copy some rows."""
-        for name in ("motion", "stiffness", "gap", "step"):
-            getattr(self, name)[rows] = getattr(other, name)[rows]
+    """d log (response) / d (stiffness of port j), (s, o, n)."""
 
 
 @dataclass(frozen=True)
@@ -124,22 +82,16 @@ class LocalForces:
     """Forces of the joints' laws at the layers' points, openings before slips, then nonlinear forces.
 
     Each acts on its own port.
-
-    Attributes
-    ----------
-    weights : ndarray, (s, 2 p)
-        Of the layers' points at each step: a modulus times its weight is a stiffness.
-    joint : ndarray of int, (p,)
-        Whose law each point has.
-    ripples : ndarray, (s, m, 3), or None
-        Displacement of each force's port by a force there at 3, 5 and 7 times the drive's frequency, m/N, with what the
-        law does at each step; without the law's doing if not given.
     """
 
     forces: tuple[NonlinearForce, ...]
     weights: Array
+    """Of the layers' points at each step: a modulus times its weight is a stiffness, (s, 2 p)."""
     joint: NDArray[np.int64]
+    """Whose law each point has, (p,)."""
     ripples: Array | None = None
+    """Displacement of each force's port by a force there at 3, 5 and 7 times the drive's frequency, m/N, with what the
+    law does at each step; without the law's doing if not given, (s, m, 3)."""
 
     @property
     def points(self) -> int:
@@ -214,39 +166,34 @@ class LocalForces:
             *packed_laws(laws, self.joint), self.weights, around.among, around.driven, around.reference,
             around.to_reference, around.amplitude, added.stiffness, added.growth, added.log_amplitude,
         )  # fmt: skip
-        rig: tuple[Any, ...] = tuple(np.ascontiguousarray(a) for a in arrays)  # one layout, one compilation
+        ports = PackedPorts(*(np.ascontiguousarray(a) for a in arrays))  # one layout, one compilation
         sliders = [force.slider for force in self.forces if force.slider]
         if len(sliders) == len(self.forces):
             z, k = np.empty((2, *around.driven.shape), complex)
-            worst = np.empty(len(omega))
-            kinds = self._as_arrays(sliders, omega)
-            settle(
-                *rig, *kinds, log_a, z, k, worst, TURNS, SETTLED,
-                LIMITS.local_longest, LIMITS.local_shortest, LIMITS.local_difference,
-            )  # type: ignore[call-arg]  # fmt: skip
+            worst = settle(ports, self._packed(sliders, omega), NEWTON, log_a, z, k)
             return Balance(z, k, added, worst, self.ripples)
-        now = _Turn.of(log_a)
-        self._turn(rig, omega, log_a, np.arange(len(omega)), now)
-        worst, share, trial = now.worst, np.ones(len(omega)), _Turn.of(log_a)
-        for _ in range(TURNS):
-            rows = np.flatnonzero(~(worst <= SETTLED))
+        now = Turn.of(log_a)
+        self._turn(ports, omega, log_a, np.arange(len(omega)), now)
+        worst, share, trial = now.worst, np.ones(len(omega)), Turn.of(log_a)
+        for _ in range(NEWTON.turns):
+            rows = np.flatnonzero(~(worst <= NEWTON.settled))
             if not len(rows):
                 break
-            assumed = log_a + share[:, None] * np.clip(now.step, -LIMITS.local_longest, LIMITS.local_longest)
-            self._turn(rig, omega, assumed, rows, trial)
+            assumed = log_a + share[:, None] * np.clip(now.step, -NEWTON.longest, NEWTON.longest)
+            self._turn(ports, omega, assumed, rows, trial)
             left = trial.worst
-            better = rows[(left[rows] < worst[rows]) | (share[rows] <= LIMITS.local_shortest)]
+            better = rows[(left[rows] < worst[rows]) | (share[rows] <= NEWTON.shortest)]
             log_a[better], worst[better] = assumed[better], left[better]
             now.take(trial, better)
             share[rows] /= 4.0
             share[better] = 1.0
         return Balance(now.motion, now.stiffness, added, worst, self.ripples)
 
-    def _turn(self, rig: tuple[Array, ...], omega: Array, log_a: Array, rows: Array, out: _Turn) -> None:
+    def _turn(self, ports: PackedPorts, omega: Array, log_a: Array, rows: Array, out: Turn) -> None:
         """Fill in `out` at some rows, for assumed log amplitudes."""
         own, growth = np.empty((2, len(log_a), len(self.forces)), complex)
         own[rows], growth[rows] = self._with_growth(np.exp(log_a[rows, 2 * self.points :]), omega[rows], rows)
-        turn(*rig, own, growth, log_a, rows, out.motion, out.stiffness, out.gap, out.step)  # type: ignore[call-arg]
+        turn(ports, own, growth, log_a, rows, out)
 
     def follow(
         self, laws: Sequence[LayerLaw], amplitude: Array, omega: Array, influence: Influence, motion: Array,
@@ -310,15 +257,14 @@ class LocalForces:
             return ()
         return (self.ripples[rows, number],)
 
-    def _as_arrays(self, sliders: Sequence[Slider], omega: Array) -> tuple[Array, Array, Array]:
-        """Stiffness and slip force (m, 2) of each; what it slips into (s, m, 3), and what that has in common (s, m)."""
+    def _packed(self, sliders: Sequence[Slider], omega: Array) -> PackedSliders:
         values, compliance = np.empty((len(sliders), 2)), np.empty((len(omega), len(sliders), len(RIPPLES)), complex)
         common = np.empty((len(omega), len(sliders)))
         for i, slider in enumerate(sliders):
             values[i] = slider.stiffness, slider.slip_force
             compliance[:, i] = slider.compliance(omega) if self.ripples is None else self.ripples[:, i]
             common[:, i] = common_spring(compliance[:, i])
-        return values, compliance, common
+        return PackedSliders(values, compliance, common, LIMITS.local_difference)
 
 
 def _turned(motion: Array, count: int) -> Array:

@@ -46,42 +46,28 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(60)
 
 @dataclass(frozen=True)
 class Openings:
-    """The p openings at s steps, and what surrounds them.
-
-    Attributes
-    ----------
-    fundamental : ndarray, (s, p)
-        Complex amplitudes, m.
-    secant : ndarray, (s, p)
-        Stiffness that the law takes off each there, N/m (negative).
-    weight : ndarray, (s, p)
-        A modulus times it is a stiffness.
-    modulus : ndarray, (j,)
-        E' of the joints, N/m2.
-    joint : ndarray of int, (p,)
-        Which of them each point belongs to.
-    orders : tuple of int
-        The harmonics in question.
-    compliance : ndarray, (s, h, p, p)
-        Receptances among the openings at these harmonics.
-    driven : ndarray, (s, h, p)
-        Their motion by the drive's own harmonics, m.
-    to_slips : ndarray, (s, h, p, p)
-        Receptances from forces on the openings to the slips.
-    slips_driven : ndarray, (s, h, p)
-        The slips' motion by the drive's own harmonics, m.
-    """
+    """The p openings at s steps, and what surrounds them."""
 
     fundamental: Array
+    """Complex amplitudes, m, (s, p)."""
     secant: Array
+    """Stiffness that the law takes off each there, N/m (negative), (s, p)."""
     weight: Array
+    """A modulus times it is a stiffness, (s, p)."""
     modulus: Array
+    """E' of the joints, N/m2, (j,)."""
     joint: NDArray[np.int64]
+    """Which of them each point belongs to, (p,)."""
     orders: tuple[int, ...]
+    """The harmonics in question."""
     compliance: Array
+    """Receptances among the openings at these harmonics, (s, h, p, p)."""
     driven: Array
+    """Their motion by the drive's own harmonics, m, (s, h, p)."""
     to_slips: Array
+    """Receptances from forces on the openings to the slips, (s, h, p, p)."""
     slips_driven: Array
+    """The slips' motion by the drive's own harmonics, m, (s, h, p)."""
 
     def slips(self, balance: OpeningBalance) -> Array:
         """Harmonics (s, h, p) of the slips that go with the openings', m."""
@@ -90,24 +76,16 @@ class Openings:
 
 @dataclass(frozen=True)
 class OpeningBalance:
-    """Harmonics in balance.
-
-    Attributes
-    ----------
-    motion : ndarray, (s, h, p)
-        Of the openings, m.
-    force : ndarray, (s, h, p)
-        Of the law's force beyond its secant stiffness, N.
-    more : ndarray, (s, p)
-        Stiffness that the harmonics add to the fundamental's secant one, N/m.
-    unsettled : float
-        Largest Newton step that was left, over the fundamental.
-    """
+    """Harmonics in balance."""
 
     motion: Array
+    """Of the openings, m, (s, h, p)."""
     force: Array
+    """Of the law's force beyond its secant stiffness, N, (s, h, p)."""
     more: Array
+    """Stiffness that the harmonics add to the fundamental's secant one, N/m, (s, p)."""
     unsettled: float
+    """Largest Newton step that was left, over the fundamental."""
 
 
 def at_harmonic(stiffness: Array, h: int) -> Array:
@@ -178,11 +156,10 @@ def balance_openings(
 
     def settle(rows: NDArray[np.int64], share: float) -> None:
         """Balance these steps with a share of what is lost."""
-        driven, *out = _one_layout(*(array[rows] for array in (openings.driven, X, force, more, unsettled)))
+        driven, motion = _one_layout(openings.driven[rows], X[rows])
         less = layer._replace(slap=layer.slap * [share, 1.0, 1.0])
-        balance(_around(openings, rows), driven, less, *out, TURNS, LIMITS.opening_balanced, SHORTEST)  # type: ignore[call-arg]
-        for array, values in zip((X, force, more, unsettled), out, strict=True):
-            array[rows] = values
+        found = balance(_around(openings, rows), driven, less, motion, TURNS, LIMITS.opening_balanced, SHORTEST)
+        X[rows], force[rows], more[rows], unsettled[rows] = motion, *found
 
     settle(np.arange(len(a)), 1.0)
     stuck = np.flatnonzero(unsettled > LIMITS.opening_stuck)
@@ -292,9 +269,8 @@ def _taken_off(
 ) -> Array:
     """What a unit of softening at each knot takes off the force along a period: amounts of waves, (s, p, m, n)."""
     (x, off, slope), m = table, len(onto)
-    projected = np.empty((*opening.shape[:2], 2 * m, off.shape[1]))
-    parts = np.vstack([onto.real, onto.imag])
-    by_softening(*_one_layout(opening, lost, gap), x[1], off, slope, *_one_layout(parts), projected)  # type: ignore[call-arg]
+    opening, lost, gap, parts = _one_layout(opening, lost, gap, np.vstack([onto.real, onto.imag]))
+    projected = by_softening(opening, lost, gap, x[1], off, slope, parts)
     return np.asarray(-weight[:, :, None, None] * (projected[:, :, :m] + 1j * projected[:, :, m:]))
 
 

@@ -11,8 +11,6 @@ import numpy as np
 from twin.arrays import Array
 from twin.joint.elimination import COMPILED, eliminate, eliminate_columns
 
-__all__ = ["Around", "Layer", "balance", "by_softening", "follow", "force_at", "growth"]
-
 
 class Around(NamedTuple):
     """The openings and what surrounds them, as in :class:`twin.identify.nonlinear.opening_harmonics.Openings`."""
@@ -24,28 +22,19 @@ class Around(NamedTuple):
 
 
 class Layer(NamedTuple):
-    """The layers' forces at p points, and waves at a period's samples.
-
-    Attributes
-    ----------
-    modulus : ndarray, (p,)
-        E', N/m2.
-    orders : ndarray of int, (h,)
-        The harmonics in question; order zero, if any, comes first.
-    cosines, sines : ndarray, (n, t)
-        Of n theta at a period's samples, up to twice the highest order.
-    table : ndarray, (p, 3, g)
-        Openings evenly from zero, the layer's whole force there per weight, and its slope.
-    slap : ndarray, (p, 3)
-        Share of the stiffness that is lost beyond the gap, where the joint opens; the gap; the force at the gap.
-    """
+    """The layers' forces at p points, and waves at a period's samples."""
 
     modulus: Array
+    """E', N/m2, (p,)."""
     orders: Array
+    """The harmonics in question; order zero, if any, comes first, (h,)."""
     cosines: Array
     sines: Array
+    """Of n theta at a period's samples, up to twice the highest order, (n, t)."""
     table: Array
+    """Openings evenly from zero, the layer's whole force there per weight, and its slope, (p, 3, g)."""
     slap: Array
+    """Share of the stiffness lost beyond the gap, where the joint opens; the gap; the force at the gap, (p, 3)."""
 
 
 class _Period(NamedTuple):
@@ -60,19 +49,21 @@ class _Period(NamedTuple):
 
 @COMPILED
 def balance(
-    around: Around, driven: Array, layer: Layer, X: Array, force: Array, more: Array, unsettled: Array,
-    turns: int, balanced: float, shortest: float,
-) -> None:  # fmt: skip
+    around: Around, driven: Array, layer: Layer, X: Array, turns: int, balanced: float, shortest: float
+) -> tuple[Array, Array, Array]:
     """Move harmonics X (s, h, p) to where they are in balance.
 
     Parameters
     ----------
     driven : ndarray, (s, h, p)
         As in :class:`twin.identify.nonlinear.opening_harmonics.Openings`.
-    force, more, unsettled : ndarray, (s, h, p), (s, p), (s,)
-        Filled: see :class:`twin.identify.nonlinear.opening_harmonics.OpeningBalance`.
     turns, balanced, shortest
         Most Newton steps, the size of one that ends them, and the share that is taken though it comes no nearer.
+
+    Returns
+    -------
+    force, more, unsettled : ndarray, (s, h, p), (s, p), (s,)
+        See :class:`twin.identify.nonlinear.opening_harmonics.OpeningBalance`.
     """
     orders, compliance = layer.orders, around.compliance
     steps, H, p = X.shape
@@ -81,6 +72,7 @@ def balance(
     J, r = np.empty((2 * n - still, 2 * n - still)), np.empty(2 * n - still)
     base, taken = np.empty((H, p), np.complex128), np.empty((H, p), np.complex128)
     miss = np.empty((H, p), np.complex128)
+    force, more, unsettled = np.empty_like(X), np.empty((steps, p), np.complex128), np.empty(steps)
     for s in range(steps):
         size = 1e-300
         for i in range(p):
@@ -127,6 +119,7 @@ def balance(
         for i in range(p):
             a = around.fundamental[s, i]
             more[s, i] = 2.0 * (spectrum[i, 1] - tau[i, 1]) / (a if a != 0.0 else 1.0 + 0.0j)
+    return force, more, unsettled
 
 
 @COMPILED
@@ -339,9 +332,9 @@ def _followed(compliance: Array, tau: Array, orders: Array, change: Array, out: 
 
 @COMPILED
 def by_softening(
-    opening: Array, lost: Array, gap: Array, spacing: float, off: Array, slope: Array, onto: Array, out: Array
-) -> None:
-    """Fill in what a unit of softening at each knot takes off the force, per weight, projected on waves.
+    opening: Array, lost: Array, gap: Array, spacing: float, off: Array, slope: Array, onto: Array
+) -> Array:
+    """What a unit of softening at each knot takes off the force, per weight, projected on waves, (s, p, m, n).
 
     Parameters
     ----------
@@ -350,11 +343,10 @@ def by_softening(
     spacing, off, slope : float, ndarray (g, n)
         Of the table's openings; what is taken off there by each knot, and its slope.
     onto : ndarray, (m, t)
-    out : ndarray, (s, p, m, n)
     """
     knots = off.shape[1]
     taken, at_gap = np.empty(knots), np.empty(knots)
-    out[:] = 0.0
+    out = np.zeros((*opening.shape[:2], len(onto), knots))
     for s in range(opening.shape[0]):
         for i in range(opening.shape[1]):
             _taken_off(gap[i], spacing, off, slope, at_gap)
@@ -367,6 +359,7 @@ def by_softening(
                 for m in range(len(onto)):
                     for n in range(knots):
                         out[s, i, m, n] += onto[m, t] * taken[n]
+    return out
 
 
 @COMPILED

@@ -26,35 +26,23 @@ from twin.identify.responses.reduction import reduce_responses
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.rigs import Rig
 
-__all__ = ["Gathered", "gather_responses"]
-
 
 @dataclass(frozen=True)
 class Gathered:
-    """What was measured of a state.
-
-    Attributes
-    ----------
-    evidence : MeasuredData
-    notes : tuple of str
-        What an engineer should know of the data.
-    factors : tuple of tuple of float
-        What each output shows of each mode over what its place says, see
-        :class:`~twin.identify.linear.linear_model.Output`.
-    shown : ndarray of bool, (m,)
-        Which modes lie in the measured band.
-    scatter : float
-        Relative standard deviation of natural frequencies from case to case.
-    damping_std : ndarray, (m,)
-        Of the logarithms of the damping ratios.
-    """
+    """What was measured of a state."""
 
     evidence: MeasuredData
     notes: tuple[str, ...]
+    """What an engineer should know of the data."""
     factors: tuple[tuple[float, ...], ...]
+    """What each output shows of each mode over what its place says, see
+    :class:`~twin.identify.linear.linear_model.Output`."""
     shown: NDArray[np.bool_]
+    """Which modes lie in the measured band, (m,)."""
     scatter: float
+    """Relative standard deviation of natural frequencies from case to case."""
     damping_std: Array
+    """Of the logarithms of the damping ratios, (m,)."""
 
 
 @dataclass(frozen=True)

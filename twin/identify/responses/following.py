@@ -16,29 +16,19 @@ from twin.identify.linear.linear_model import LinearModel, LinearParameters
 from twin.identify.responses.limits import LIMITS
 from twin.identify.spectra.broadband import BinnedResponse
 
-__all__ = ["Followed", "follow"]
-
 
 @dataclass(frozen=True)
 class Followed:
-    """A modal fit.
-
-    Attributes
-    ----------
-    base : LinearParameters
-        With the frequency discrepancies and damping ratios found.
-    factors : ndarray, (o, m)
-        Modal factors of the outputs.
-    damping_std : ndarray, (m,)
-        Of the logarithms of the damping ratios.
-    chi2_per_dof : float
-        With :data:`LIMITS.following_tight` model errors.
-    """
+    """A modal fit."""
 
     base: LinearParameters
+    """With the frequency discrepancies and damping ratios found."""
     factors: Array
+    """Modal factors of the outputs, (o, m)."""
     damping_std: Array
+    """Of the logarithms of the damping ratios, (m,)."""
     chi2_per_dof: float
+    """With :data:`LIMITS.following_tight` model errors."""
 
 
 def follow(model: LinearModel, data: BinnedResponse, nominal: LinearParameters) -> Followed:

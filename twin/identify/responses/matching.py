@@ -15,23 +15,16 @@ from twin.rigs import BeamPart, Place, Rig
 from twin.rigs.matrices.found import ORDER_LIMIT
 from twin.rigs.node_tables import read_node_table
 
-__all__ = ["Matched", "match_responses"]
-
 Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class Matched:
-    """A response of the rig's channel.
-
-    Attributes
-    ----------
-    sign : float
-        -1 where it was measured against the rig's directions.
-    """
+    """A response of the rig's channel."""
 
     channel: str
     sign: float
+    """-1 where it was measured against the rig's directions."""
     found: FoundResponse
 
 

@@ -23,7 +23,6 @@ from twin.identify.responses.updating import (
 )
 from twin.rigs import BeamPart, Place, Rig
 
-__all__ = ["update_to_modes"]
 Where = list[tuple[int, int, Place]]
 """Rows of a shape, axes in it, and the rig's places."""
 

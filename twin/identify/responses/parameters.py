@@ -9,32 +9,21 @@ from twin.identify.responses.limits import LIMITS
 from twin.rigs import BeamPart, Rig, StructureRig, Support
 from twin.rigs.layout import Spring
 
-__all__ = ["UpdatedParameter", "parameters_of"]
-
 
 @dataclass(frozen=True)
 class UpdatedParameter:
-    """One number of the rig file, in the coordinate in which it is searched.
-
-    Attributes
-    ----------
-    name, unit : str
-    start, std : float
-        Mean and standard deviation beforehand of the coordinate: a logarithm, or a compliance over the beam's own.
-    lower : float
-    told : callable
-        Value of a coordinate, in the unit.
-    apply : callable
-        The rig with the coordinate's value.
-    """
+    """One number of the rig file, in the coordinate in which it is searched."""
 
     name: str
     unit: str
     start: float
     std: float
+    """Mean and standard deviation beforehand of the coordinate: a logarithm, or a compliance over the beam's own."""
     lower: float
     told: Callable[[float], float]
+    """Value of a coordinate, in the unit."""
     apply: Callable[[Rig, float], Rig]
+    """The rig with the coordinate's value."""
 
 
 def parameters_of(rig: Rig, preload: str) -> tuple[UpdatedParameter, ...]:

@@ -20,8 +20,6 @@ from twin.identify.responses.limits import LIMITS
 from twin.identify.responses.matching import Matched
 from twin.identify.spectra.broadband import BinnedResponse
 
-__all__ = ["noise_of", "reduce_responses", "resonances_of"]
-
 
 def noise_of(found: FoundResponse) -> Array:
     """Variance of the complex relative error of each line (f,)."""

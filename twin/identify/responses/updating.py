@@ -24,26 +24,18 @@ from twin.rigs import Place, Rig, StructureRig
 from twin.structure import assemble, normal_modes, rigid_motions
 from twin.structure.modes import MOST_RIGID
 
-__all__ = ["FrequencyPair", "Updated", "UpdatedValue", "update_rig"]
-
 
 @dataclass(frozen=True)
 class UpdatedValue:
-    """A number before and after.
-
-    Attributes
-    ----------
-    before, after : Estimate
-        In the unit; of a clamp rotation per moment, 0 for rigid.
-    told : bool
-        Whether the data tell it, or it is rather what was assumed.
-    """
+    """A number before and after."""
 
     name: str
     unit: str
     before: Estimate
     after: Estimate
+    """In the unit; of a clamp rotation per moment, 0 for rigid."""
     told: bool
+    """Whether the data tell it, or it is rather what was assumed."""
 
 
 @dataclass(frozen=True)
@@ -63,31 +55,22 @@ class FrequencyPair:
 
 @dataclass(frozen=True)
 class Updated:
-    """A rig with updated numbers, damping, and what is left of natural frequencies and of what sensors show.
-
-    Attributes
-    ----------
-    preload : str
-        Of the joints.
-    sources, notes : tuple of str
-        Files, and what an engineer should know of the data.
-    scatter : float
-        Of the natural frequencies from case to case, relative.
-    damping : mapping
-        Ratio of each mode that was measured, by the mode's number.
-    found : Gathered or None
-        The responses; None where a modal table was all there was.
-    """
+    """A rig with updated numbers, damping, and what is left of natural frequencies and of what sensors show."""
 
     rig: Rig
     preload: str
+    """Of the joints."""
     sources: tuple[str, ...]
     notes: tuple[str, ...]
+    """Files, and what an engineer should know of the data."""
     scatter: float
+    """Of the natural frequencies from case to case, relative."""
     values: tuple[UpdatedValue, ...]
     pairs: tuple[FrequencyPair, ...]
     damping: Mapping[int, Estimate]
+    """Ratio of each mode that was measured, by the mode's number."""
     found: Gathered | None = None
+    """The responses; None where a modal table was all there was."""
 
     def predicted(self, index: int) -> Array:
         """Responses (b, o) of the updated model at the bins of one case."""
@@ -209,6 +192,7 @@ def modes_of(rig: Rig, preload: str, places: Sequence[Place], *, count: int = ID
 
 
 def applied(rig: Rig, parameters: Sequence[UpdatedParameter], x: Array) -> Rig:
+    """The rig with its parameters at these values."""
     for parameter, value in zip(parameters, x, strict=True):
         rig = parameter.apply(rig, float(value))
     return rig

@@ -29,41 +29,29 @@ EXCITED = 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class BinnedResponse:
-    """Frequency responses with their covariance.
-
-    Attributes
-    ----------
-    frequency_Hz : ndarray, (b,)
-    H : ndarray, (b, o)
-        Response per force, in unit/N.
-    relative_covariance : ndarray, (b, o, o)
-        Hermitian covariance of the errors of log H.
-    noise_density : dict of float
-        Estimated noise of each channel, unit/sqrt(Hz).
-    distortion : ndarray, (b,)
-        Measured scatter in units of the white noise's; well above one where nonlinear distortion shows.
-    force_power : ndarray, (b,)
-        Mean square of the force within each bin, N^2.
-    resonances_Hz : ndarray
-        Where the response was taken to change fast.
-    drive : int
-        Number of the rig's drive.
-    frequency_offset : ndarray, (m,), or float
-        Relative, of this run's natural frequencies from those that all runs have in common.
-    """
+    """Frequency responses with their covariance."""
 
     run: str
     time_s: float
     frequency_Hz: Array
+    """(b,)."""
     H: Array
+    """Response per force, in unit/N, (b, o)."""
     relative_covariance: Array
+    """Hermitian covariance of the errors of log H, (b, o, o)."""
     channels: tuple[str, ...]
     noise_density: dict[str, float]
+    """Estimated noise of each channel, unit/sqrt(Hz)."""
     distortion: Array
+    """Measured scatter in units of the white noise's; well above one where nonlinear distortion shows, (b,)."""
     force_power: Array
+    """Mean square of the force within each bin, N^2, (b,)."""
     resonances_Hz: Array = field(default_factory=lambda: np.zeros(0))
+    """Where the response was taken to change fast."""
     drive: int = 0
+    """Number of the rig's drive."""
     frequency_offset: Array | float = 0.0
+    """Relative, of this run's natural frequencies from those that all runs have in common, (m,)."""
 
     @property
     def omega(self) -> Array:
@@ -139,27 +127,19 @@ def _upper_level(power: Array) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Binning:
-    """How a record is reduced to bins.
-
-    Attributes
-    ----------
-    reference : callable
-        Frequency responses (f, o) at given omega: what is smooth about the difference to it is all that is assumed.
-    poles : ndarray
-        Complex poles (rad/s) of the reference, for the transient.
-    resonances_Hz : ndarray
-        Where the response may change fast: the data's own and the reference's resonances.
-    mended : callable
-        A part with its missing samples filled in by what is known of them.
-    """
+    """How a record is reduced to bins."""
 
     force: str
     channels: tuple[str, ...]
     reference: Callable[[Array], Array]
+    """Frequency responses (f, o) at given omega: what is smooth about the difference to it is all that is assumed."""
     poles: Array
+    """Complex poles (rad/s) of the reference, for the transient."""
     resonances_Hz: Array
+    """Where the response may change fast: the data's own and the reference's resonances."""
     band_Hz: Array
     mended: Callable[[BroadbandRecord], BroadbandRecord] = lambda part: part
+    """A part with its missing samples filled in by what is known of them."""
 
 
 def bin_response(record: BroadbandRecord, binning: Binning) -> BinnedResponse:

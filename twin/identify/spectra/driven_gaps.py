@@ -14,8 +14,6 @@ from twin.arrays import Array
 from twin.identify.spectra.gaps import fill_gaps
 from twin.identify.spectra.spectrum import BroadbandRecord
 
-__all__ = ["driven_through"]
-
 
 def driven_through(
     record: BroadbandRecord, response: Callable[[Array], Array], *, force: str, channels: Sequence[str], up_to_Hz: float

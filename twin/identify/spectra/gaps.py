@@ -17,8 +17,6 @@ from scipy.linalg import solve, solve_toeplitz
 from twin.arrays import Array
 from twin.identify.limits import LIMITS
 
-__all__ = ["fill_gaps"]
-
 TURNS = 2
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from recordings.run import DeviceSamples, Run, pieces
-from recordings.sweeps import Stretch, sweeps
+from recordings.sweeps import Stretch, measured_stretches
 from twin.arrays import Array
 from twin.identify.limits import LIMITS
 
@@ -35,53 +35,37 @@ class Line:
 
 @dataclass(frozen=True, kw_only=True)
 class SteadyState:
-    """One measured step: x(t) = sum_h Re(Z_h exp(j h omega t)) from the stretch's start.
-
-    Attributes
-    ----------
-    run, sweep : str
-        Where it was measured.
-    index : int
-        Of the step in its sweep.
-    position : int
-        Of the step in the run, in order of time.
-    frequency_Hz, target_amplitude : float
-        As commanded.
-    time_s : float
-        Of the stretch's middle, on the recording's own time base.
-    amplitude : dict of ndarray
-        Complex harmonics 1 ... H of each channel, in its unit, up to what an anti-aliasing filter passes.
-    variance : dict of ndarray
-        E|error of Z_h|^2 of each channel's harmonics.
-    up_to_nyquist : dict of dict of (ndarray, ndarray)
-        By device and channel, the same two of all harmonics up to the Nyquist frequency: above what the filter passes
-        sizes mean nothing, but one device's filters are alike, and so ratios of its channels do.
-    drift : dict of complex
-        Change of the fundamental over the stretch, relative to it.
-    drift_std : dict of float
-        Standard deviation of its real and of its imaginary part.
-    lost, overloaded : int
-        Samples of the stretch that are missing in some channel; samples on a converter's limit.
-    duration_s : float
-        Of the stretch.
-    """
+    """One measured step: x(t) = sum_h Re(Z_h exp(j h omega t)) from the stretch's start."""
 
     run: str
     sweep: str
+    """Where it was measured."""
     index: int
+    """Of the step in its sweep."""
     position: int
+    """Of the step in the run, in order of time."""
     frequency_Hz: float
     target_channel: str
     target_amplitude: float
+    """As commanded."""
     time_s: float
+    """Of the stretch's middle, on the recording's own time base."""
     amplitude: dict[str, Array]
+    """Complex harmonics 1 ... H of each channel, in its unit, up to what an anti-aliasing filter passes."""
     variance: dict[str, Array]
+    """E|error of Z_h|^2 of each channel's harmonics."""
     drift: dict[str, complex]
+    """Change of the fundamental over the stretch, relative to it."""
     drift_std: dict[str, float]
+    """Standard deviation of its real and of its imaginary part."""
     lost: int
     overloaded: int
+    """Samples of the stretch that are missing in some channel; samples on a converter's limit."""
     duration_s: float
+    """Of the stretch."""
     up_to_nyquist: dict[str, dict[str, Harmonics]] = field(default_factory=dict)
+    """By device and channel, amplitude and variance of all harmonics up to the Nyquist frequency: above what the filter
+    passes sizes mean nothing, but one device's filters are alike, and so ratios of its channels do."""
 
     @property
     def omega(self) -> float:
@@ -134,7 +118,7 @@ def steady_states(
     channel remain: what is missing in every period, as clipped peaks are, the others cannot make good.
     """
     names = list(channels or run.channels)
-    measured = [stretch for sweep in sweeps(run) for stretch in sweep.stretches if stretch.step.frequency_Hz > 0]
+    measured = [stretch for stretch in measured_stretches(run) if stretch.step.frequency_Hz > 0]
     measured.sort(key=lambda stretch: stretch.start_ns)
     states = [_fit(run, stretch, names, position, lines or {}) for position, stretch in enumerate(measured)]
     return [state for state in states if state is not None]

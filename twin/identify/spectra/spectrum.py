@@ -49,28 +49,20 @@ class _Cut(Mapping[str, Array]):
 
 @dataclass(frozen=True, kw_only=True)
 class BroadbandRecord:
-    """Simultaneous samples of one broadband stretch.
-
-    Attributes
-    ----------
-    time_s : float
-        Of the stretch's middle, on the recording's own time base.
-    samples : mapping of ndarray
-        Each channel's samples, all of one length, in its unit; they may be read each time that they are asked for.
-    missing : dict of ndarray
-        Positions of the samples that were missing, of each channel that lacks some; they were filled in
-        (:mod:`twin.identify.spectra.gaps`).
-    late_s : dict of float
-        How much later than the stretch's start each channel's first sample was taken, by its device's clock.
-    """
+    """Simultaneous samples of one broadband stretch."""
 
     run: str
     sweep: str
     time_s: float
+    """Of the stretch's middle, on the recording's own time base."""
     sample_rate_Hz: float
     samples: Mapping[str, Array]
+    """Each channel's samples, all of one length, in its unit; they may be read each time that they are asked for."""
     missing: dict[str, NDArray[np.intp]] = field(default_factory=dict)
+    """Positions of the samples that were missing, of each channel that lacks some; they were filled in
+    (:mod:`twin.identify.spectra.gaps`)."""
     late_s: dict[str, float] = field(default_factory=dict)
+    """How much later than the stretch's start each channel's first sample was taken, by its device's clock."""
 
     @property
     def lost(self) -> int:

@@ -1,7 +1,6 @@
 """The whole import: parts, joints, places, and all files written together."""
 
-import csv
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import combinations
@@ -18,6 +17,7 @@ from twin.rigs.imported.places import NodePlace, place_and_direction, support_at
 from twin.rigs.imported.text import FoundJoint, RigContents, rig_text
 from twin.rigs.limits import LIMITS
 from twin.rigs.matrix_files import NodePairs, PartMatrices
+from twin.rigs.node_tables import ROWS_OF_NODES, write_table
 from twin.rigs.store import parse_rig
 
 
@@ -122,15 +122,10 @@ def _write_part(part: PartMatrices, mass: Path, stiffness: Path, nodes: Path) ->
     places = dict(zip(part.nodes.tolist(), part.coordinates.tolist(), strict=True))
     by_row = sorted(part.rows.items(), key=lambda item: item[1])
     rows = ((node, dof, row, *(f"{x:.12g}" for x in places[node])) for (node, dof), row in by_row)
-    _write_table(nodes, ("node", "dof", "row", "x_m", "y_m", "z_m"), rows)
+    write_table(nodes, ROWS_OF_NODES, rows)
 
 
 def _write_pairs(pairs: NodePairs, path: Path) -> None:
     each = zip(pairs.a, pairs.b, pairs.area_m2, pairs.normal, strict=True)
     rows = ((a, b, f"{area:.12g}", *(f"{x:.12g}" for x in normal)) for a, b, area, normal in each)
-    _write_table(path, ("node_a", "node_b", "area_m2", "nx", "ny", "nz"), rows)
-
-
-def _write_table(path: Path, head: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        csv.writer(stream, lineterminator="\n").writerows([head, *rows])
+    write_table(path, ("node_a", "node_b", "area_m2", "nx", "ny", "nz"), rows)

@@ -52,7 +52,7 @@ class LiveDrawing:
             if isinstance(what, SampleBlock):
                 blocks.setdefault(what.device, []).append(what)
                 self._pass(what.time_ns)
-                self._pass(what.time_ns + round(len(what) * 1e9 / what.sample_rate_Hz))
+                self._pass(what.end_ns)
                 continue
             self._pass(time_ns)
             if isinstance(what, Step):

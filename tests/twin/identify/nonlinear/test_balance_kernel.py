@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.identify.nonlinear.balance_kernel import settle, turn
+from twin.identify.nonlinear.balance_kernel import NewtonLimits, PackedPorts, PackedSliders, Turn, settle, turn
 from twin.identify.nonlinear.joint_law import LayerLaw, packed_laws, spline_basis
 
 STEPS, POINTS = 40, 3
@@ -56,25 +56,13 @@ def test_a_turn_is_the_plain_one(forces):
     weights = rng.uniform(0.1, 0.3, (STEPS, 2 * POINTS))
     own, growth = (1e5 * (rng.standard_normal((STEPS, forces)) + 0.3j) for _ in range(2))
     log_a = rng.uniform(np.log(1e-9), np.log(3e-5), (STEPS, n))
-    z, k = np.empty((2, STEPS, n), complex)
-    gap, step = np.empty((2, STEPS, n))
-    turn(
-        *packed_laws((LAW,), np.zeros(POINTS, int)),
-        weights,
-        *ports,
-        own,
-        growth,
-        log_a,
-        np.arange(STEPS),
-        z,
-        k,
-        gap,
-        step,
-    )
+    out = Turn.of(log_a)
+    packed = PackedPorts(*packed_laws((LAW,), np.zeros(POINTS, int)), weights, *map(np.ascontiguousarray, ports))
+    turn(packed, own, growth, log_a, np.arange(STEPS), out)
     for s in range(STEPS):
         rows = (values[s] for values in (weights, *ports, own, growth, log_a))
-        for found, plain in zip((z[s], k[s], gap[s], step[s]), plain_turn(LAW, *rows), strict=True):
-            np.testing.assert_allclose(found, plain, rtol=1e-9, atol=1e-11 * np.max(np.abs(plain)))
+        for found, plain in zip(out, plain_turn(LAW, *rows), strict=True):
+            np.testing.assert_allclose(found[s], plain, rtol=1e-9, atol=1e-11 * np.max(np.abs(plain)))
 
 
 def plain_balance(weights, ports, start, turns=200):
@@ -101,13 +89,11 @@ def test_what_it_settles_at_is_the_plain_fixed_point_and_where_nothing_is_missed
     among, driven, reading, onto, amplitude, more, growth, at = ports = random_ports(n)
     weights = np.full((STEPS, n), 0.2)
     start = np.abs(driven / reading[:, None] * amplitude[:, None])
-    log_a, worst = np.log(start), np.empty(STEPS)
+    log_a = np.log(start)
     z, k = np.empty((2, STEPS, n), complex)
-    none = np.zeros((0, 2)), np.zeros((STEPS, 0, 3), complex), np.zeros((STEPS, 0))
-    settle(
-        *packed_laws((LAW,), np.zeros(POINTS, int)), weights, *ports, *none,
-        log_a, z, k, worst, 60, 1e-10, 0.7, 1 / 64, 1e-5,
-    )  # fmt: skip
+    packed = PackedPorts(*packed_laws((LAW,), np.zeros(POINTS, int)), weights, *map(np.ascontiguousarray, ports))
+    none = PackedSliders(np.zeros((0, 2)), np.zeros((STEPS, 0, 3), complex), np.zeros((STEPS, 0)), 1e-5)
+    worst = settle(packed, none, NewtonLimits(60, 1e-10, 0.7, 1 / 64), log_a, z, k)
     assert np.all(worst < 1e-10)
     assert np.median(np.abs(np.log(np.abs(z) / start))) > 0.1, "what acts there matters"
     for s in range(STEPS):

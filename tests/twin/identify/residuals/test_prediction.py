@@ -175,7 +175,7 @@ def test_sensitivities_are_exact_with_what_a_fit_holds(
     """
     monkeypatch.undo()
     # What a balance leaves would else be seen in columns that hardly matter.
-    monkeypatch.setattr(local_forces, "SETTLED", 1e-13)
+    monkeypatch.setattr(local_forces, "NEWTON", local_forces.NEWTON._replace(settled=1e-13))
     omega = 2 * np.pi * around_Hz * np.linspace(0.98, 1.02, 21)
     tip = np.full(21, 1.5e-3) * (26.3 / around_Hz) ** 1.7
     H, _ = steel_dense.with_law(omega, tip, baseline.base, baseline.laws[0])
