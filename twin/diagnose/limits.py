@@ -32,6 +32,9 @@ class Limits:
     slope_step: float = 1e-3
     """Of the logarithm of an error, in a difference quotient: a smooth curve's log determinant is known to 1e-5."""
     # model_evidence.py
+    model_evidence_any: tuple[float, float] = (-15.0, 15.0)
+    """Logarithm of an error over a sound rig's in which the likeliest is looked for: from less than any noise to more
+    than the response itself, so that a long step of the search meets no error of zero."""
     model_evidence_roughness: tuple[float, float] = (-2.5, 4.5)
     """Logarithm of the roughness over a sound rig's in which the likeliest is looked for."""
     model_evidence_size: tuple[float, float] = (-3.5, 5.0)

@@ -90,7 +90,7 @@ def infer_errors(
         log_likelihood, slopes = marginal.with_slopes(trial)
         return -log_likelihood - log_prior(trial, usual, free=free), -slopes - log_prior_slopes(trial, usual, free=free)
 
-    bounds = np.array([[-np.inf, np.inf]] * len(middle))
+    bounds = middle[:, None] + np.array(LIMITS.model_evidence_any)
     bounds[OF_HARMONICS:] = here[OF_HARMONICS:, None]
     for which, limits in (
         (OF_HARMONICS, LIMITS.model_evidence_size if problem.harmonics is not None else None),

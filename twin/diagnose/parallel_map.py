@@ -20,6 +20,8 @@ from operator import is_
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+
 from twin.diagnose.limits import LIMITS
 from twin.identify.time_limit import end_of_time, time_limit
 from twin.joint.registry import load_laws, loaded_files
@@ -106,7 +108,7 @@ def parallel_map(work: Callable[..., Found], common: tuple[Any, ...], each: Sequ
     if team is None or len(each) < 2:
         return [work(*common, *arguments) for arguments in each]
     number, packed = team.pack(common)
-    end_s = end_of_time()
+    end_s, told = end_of_time(), np.geterr()
     todo = iter(range(len(each)))
     found: dict[int, Found] = {}
 
@@ -117,9 +119,9 @@ def parallel_map(work: Callable[..., Found], common: tuple[Any, ...], each: Sequ
     def elsewhere() -> None:
         for index in todo:
             try:
-                found[index] = team.pool.submit(_work, work, number, packed, each[index], end_s).result()
+                found[index] = team.pool.submit(_work, work, number, packed, each[index], end_s, told).result()
             except BrokenProcessPool:  # one was killed, perhaps for want of memory
-                with time_limit(end_s):
+                with time_limit(end_s), np.errstate(**told):
                     found[index] = work(*common, *each[index])
 
     with ThreadPoolExecutor(team.processes) as waiting:
@@ -133,12 +135,15 @@ def parallel_map(work: Callable[..., Found], common: tuple[Any, ...], each: Sequ
     return [found[index] for index in range(len(each))]
 
 
-def _work(work: Callable[..., Found], number: int, packed: bytes, arguments: tuple[Any, ...], end_s: float) -> Found:
+def _work(
+    work: Callable[..., Found], number: int, packed: bytes, arguments: tuple[Any, ...], end_s: float, told: Any
+) -> Found:
+    """In a process of the team; `told` says what numpy warns of, as where the work comes from."""
     if number not in _known:
         if len(_known) == LIMITS.parallel_map_remembered:
             del _known[min(_known)]
         _known[number] = pickle.loads(packed)
-    with time_limit(end_s):
+    with time_limit(end_s), np.errstate(**told):
         return work(*_known[number], *arguments)
 
 

@@ -60,6 +60,7 @@ def not_held_back(x: Array, pull: Array, lower: Array, upper: Array) -> Array:
     return np.asarray(~(((x <= lower) & (pull < 0)) | ((x >= upper) & (pull > 0))))
 
 
+@np.errstate(all="ignore")  # a step may lead anywhere, and what is not finite is a failed one
 def minimise(
     evaluate: Callable[[Array], tuple[Array, Array]],
     start: Array,

@@ -96,6 +96,7 @@ class Search:
         return self.stages[-1].complete
 
 
+@np.errstate(all="ignore")  # a rival that is not finite somewhere is out, and no news
 def search_causes(
     evidence: MeasuredData,
     causes: Mapping[str, Cause],
@@ -158,7 +159,7 @@ def _one_more(
     if len(model.hypotheses) < most:
         race = Race(evidence, harmonics, tolerances, effort)
         rivals = fitted_rivals(race, begin, before, scores, report)
-    if not follows and not any(map(_follows, rivals)):  # else it is too far behind to matter
+    if not (follows or time_is_up() or any(map(_follows, rivals))):  # else it is too far behind to matter
         before = _weighed(data, model, tolerances)
     if _lead(evidence, rivals, before) and _gained_by_the_last(evidence, rivals[0]) < least_gain(evidence):
         before = likeliest((before, _without_the_last(data, rivals[0], tolerances)))
