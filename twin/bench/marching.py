@@ -51,13 +51,13 @@ class Coefficients:
     D: Array
 
     def packed(self, locals_: int, auxiliaries: int, *, rows: int | None = None) -> Step:
-        """The same for the compiled march; of the outputs, the first `rows` alone if given."""
+        """The same for the compiled integration; of the outputs, the first `rows` alone if given."""
         C, D = self.C[:rows], np.ascontiguousarray(self.D[:rows])
         return Step(self.step_s, packed(self.decay), packed(self.Gamma.T), packed(C.conj()), D, locals_, auxiliaries)
 
 
 class Step(NamedTuple):
-    """What :func:`march` takes of one step: real arrays, padded to whole vectors of m / 2 poles."""
+    """What :func:`integrate` takes of one step: real arrays, padded to whole vectors of m / 2 poles."""
 
     step_s: float
     decay: Array

@@ -80,9 +80,9 @@ def _of_noise(noise: NoiseResponse, expected: ExpectedResponse) -> tuple[Array, 
 
 
 def _of_sines(sines: SineResponse, expected: ExpectedResponse) -> tuple[Array, Array] | None:
-    """By the slope of the dynamic stiffness about a resonance: a mode's mass, which neither detuning nor damping moves.
+    """By the slope of the dynamic stiffness about a resonance: a mode's mass, which neither frequency nor damping moves.
 
-    Near a resonance the response itself says little: half a per cent of detuning is a factor of ten.
+    Near a resonance the response itself says little: half a per cent of frequency is a factor of ten.
     """
     f, H = sines.frequency_Hz, sines.H
     if len(f) < LEAST_STEPS or np.ptp(f) == 0 or not np.all(np.abs(H) > 0):

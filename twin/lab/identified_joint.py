@@ -281,7 +281,7 @@ def identify_recordings(
     try:
         open_bench(found.rig)
     except ValueError as error:
-        warnings.append(f"the model predicts, but 'twin rehearse' cannot march it in time: {error}")
+        warnings.append(f"the model predicts, but 'twin rehearse' cannot integrate it in time: {error}")
     if (foreign := foreign_preload(rig, runs[0].info)) and preload is None:
         warnings.append(foreign)
     return IdentifiedJoint(found=found, evidence=sound.evidence, warnings=(*warnings, *found.warnings))

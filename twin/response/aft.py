@@ -1,7 +1,7 @@
 """Alternating between frequency and time: the harmonics of a law's steady force, and their derivatives.
 
 A periodic coordinate is e(t) = sum of phi_i(t) c_i with phi = [1, cos t, sin t, cos 2t, sin 2t, ...]; the force's
-coefficients and their exact derivatives with respect to c come from one march over the samples of a period (two for
+coefficients and their exact derivatives with respect to c come from one pass over the samples of a period (two for
 laws with memory, of which the second counts).  A sticking slider's tangent is the sum of its increments since it last
 slipped; smooth laws have the tangent of the moment; what a law given by functions remembers is led on until it is
 periodic, and differentiated by differences.

@@ -1,4 +1,4 @@
-"""The compiled march against its plain numpy twin, and streaming against the way it is cut into blocks."""
+"""The compiled integration against its plain numpy twin, and streaming against the way it is cut into blocks."""
 
 from __future__ import annotations
 
