@@ -14,7 +14,7 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.cholesky import Cholesky
 from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
 from twin.identify.limits import LIMITS
-from twin.identify.linear.linear_fit import LARGEST_STEP
+from twin.identify.linear.linear_fit import largest_step
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.residuals.error_model import ErrorModel
@@ -181,9 +181,8 @@ class FitProblem:
     @property
     def largest_step(self) -> Array:
         """Largest change of each parameter in one iteration."""
-        base = self.start.base
         largest = np.full(len(self.x0), np.inf)
-        largest[: self.start.of_laws.start] = base.blocks(base.joints).pack(LARGEST_STEP)
+        largest[: self.start.of_laws.start] = largest_step(self.start.base)
         for k, (_, p) in enumerate(self.slots, self.count):
             largest[k] = 0.1 * (p.upper - p.lower) / p.scale if p.is_location else 1.0
         return largest

@@ -72,7 +72,7 @@ class ResidualColumns:
     def felt(self, kind: str) -> NDArray[np.int64]:
         """Numbers of the columns that are not zero in one kind of data."""
         each = [np.any(values, axis=tuple(range(values.ndim - 1))) for values in self.of_kind(kind)]
-        return np.flatnonzero(np.any(each, axis=0)) if each else np.zeros(0, np.int64)
+        return np.flatnonzero(np.any(each, axis=0))
 
     def select(self, numbers: NDArray[np.int64]) -> ResidualColumns:
         """Some of them."""

@@ -11,7 +11,7 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.frequency_shifts import unshifted
 from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
 from twin.identify.limits import LIMITS
-from twin.identify.linear.linear_fit import LARGEST_STEP, base_bounds
+from twin.identify.linear.linear_fit import base_bounds, largest_step
 from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.nonlinear.balance import Added, Balance
@@ -224,7 +224,7 @@ class _Search:
             return prediction.residual, prediction.jacobian
 
         # Few frequencies may leave a modulus open, which would run off.
-        largest = start.base.blocks(start.base.joints).pack(LARGEST_STEP) if isinstance(model, FrequencyModel) else None
+        largest = largest_step(start.base) if isinstance(model, FrequencyModel) else None
         return minimise(
             evaluate, x, mean=mean, precision=precision, bounds=self.bounds, iterations=iterations,
             tolerance=self.tolerance, largest_step=largest,

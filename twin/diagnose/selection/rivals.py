@@ -13,7 +13,7 @@ from twin.diagnose.posterior import least_gain, log_weight
 from twin.diagnose.selection.racing import Begun, Effort, Race, likeliest, once_more
 from twin.diagnose.selection.score_test import Score
 from twin.identify.base_fit import baseline_bounds, law_from_steps
-from twin.identify.linear.linear_fit import LARGEST_STEP
+from twin.identify.linear.linear_fit import largest_step
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.error_model import continuation
 from twin.identify.residuals.likelihood import nominal_base, residual_model, sound_errors
@@ -51,7 +51,7 @@ def fitted_rivals(
     sound = sound_errors(evidence)
     if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (before,)))):
         again = [*promising, *_elsewhere(scores, promising, effort)]
-    again = [begun for rival in again for begun in _at_full_size(evidence, rival)]
+    again = [start for rival in again for start in _at_full_size(evidence, rival)]
     if again and not time_is_up():
         report(f"beginning beside no law: {', '.join(dict.fromkeys(rival.key for rival in again))}")
         begun = parallel_map(_beside_no_law, (evidence, race.harmonics, model), [(rival,) for rival in again])
@@ -140,7 +140,7 @@ def _beside_the_law(evidence: MeasuredData, model: FittedModel, score: Score) ->
     levels = [level for level in continuation(sound) if level.steps.stiffness <= model.errors.steps.stiffness]
     baseline, moved = model.baseline, model.baseline.vector
     # No farther than a fit goes in one step: where the model does not follow the data, first order goes anywhere.
-    largest = baseline.base.blocks(baseline.base.joints).pack(LARGEST_STEP)
+    largest = largest_step(baseline.base)
     moved[: len(largest)] += np.clip(score.change[: len(largest)], -largest, largest)
     moved = np.clip(moved, *(baseline_bounds(baseline, side) for side in (0, 1)))
     return Begun(baseline.with_vector(moved), (*model.hypotheses, score.hypothesis), tuple(levels) or (sound,))

@@ -154,7 +154,7 @@ def _one_more(
     # With a cause it was fitted beside what sound rigs have before.
     anew = follows and not model.hypotheses
     scores, tolerances, begin = score_causes(evidence, harmonics, begin, left, errors=model.errors, refitted=anew)
-    before = begin if anew else _weighed(data, model, tolerances, as_it_is=not follows)
+    before = begin if anew else (_weighed if follows else _as_it_is)(data, model, tolerances)
     rivals: tuple[FittedModel, ...] = ()
     if len(model.hypotheses) < most:
         race = Race(evidence, harmonics, tolerances, effort)
@@ -253,8 +253,14 @@ def _to_predict_with(data: _Reduced, model: FittedModel) -> FittedModel:
 
 def _with_any_error(data: _Reduced, model: FittedModel, tolerances: ResidualColumns) -> float:
     """Log evidence of the model with errors of any size."""
+    return _as_it_is(data, model, tolerances, free=True).log_evidence
+
+
+def _as_it_is(data: _Reduced, model: FittedModel, tolerances: ResidualColumns, *, free: bool = False) -> FittedModel:
+    """The model with its likeliest errors and log evidence beside what sound rigs have, without a fit."""
     problem = FitProblem(*data, model.baseline, model.hypotheses, errors=model.errors)
-    return infer_errors(problem, tolerances, free=True)[1]
+    errors, log_evidence = infer_errors(problem, tolerances, free=free)
+    return replace(model, errors=errors, log_evidence=log_evidence)
 
 
 def _follows(model: FittedModel) -> bool:
@@ -278,12 +284,8 @@ def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, mode
     return fit
 
 
-def _weighed(data: _Reduced, model: FittedModel, tolerances: ResidualColumns, *, as_it_is: bool = False) -> FittedModel:
-    """The model with its log evidence beside what sound rigs have of every cause: fitted beside that, or as it is."""
-    if as_it_is:
-        problem = FitProblem(*data, model.baseline, model.hypotheses, errors=model.errors)
-        errors, log_evidence = infer_errors(problem, tolerances)
-        return replace(model, errors=errors, log_evidence=log_evidence)
+def _weighed(data: _Reduced, model: FittedModel, tolerances: ResidualColumns) -> FittedModel:
+    """The model with its log evidence, fitted beside what sound rigs have of every cause."""
     return fit_with_errors(*data, model.baseline, model.hypotheses, errors=model.errors, tolerances=tolerances)
 
 

@@ -87,6 +87,11 @@ def whiten(covariance: Array, values: Array) -> Array:
     return np.linalg.solve(L, values)
 
 
+def largest_step(base: LinearParameters) -> Array:
+    """Largest change of each entry of ``base.vector`` in one step of a fit."""
+    return base.blocks(base.joints).pack(LARGEST_STEP)
+
+
 def base_bounds(joints: int = 1) -> tuple[Array, Array]:
     """Limits of ``base.vector``: no loss factor is negative, no damping ratio below a hundred-thousandth."""
     pack = LinearParameters.blocks(joints).pack
@@ -130,7 +135,6 @@ def fit_linear(
         J = whiten(covariance, model.sensitivity(R, omega, base) / H[:, :, None]).reshape(len(r), -1)
         return np.sqrt(2) * np.concatenate([r.real, r.imag]), np.sqrt(2) * np.vstack([J.real, J.imag])
 
-    largest = nominal.blocks(nominal.joints).pack(LARGEST_STEP)
     solution = minimise(
         evaluate,
         start.vector,
@@ -138,7 +142,7 @@ def fit_linear(
         precision=precision,
         bounds=base_bounds(nominal.joints),
         iterations=15,
-        largest_step=largest,
+        largest_step=largest_step(nominal),
     )
     return LinearFit(
         base=LinearParameters.from_vector(solution.x),
