@@ -80,7 +80,7 @@ def _of_noise(noise: NoiseResponse, expected: ExpectedResponse) -> tuple[Array, 
 
 
 def _of_sines(sines: SineResponse, expected: ExpectedResponse) -> tuple[Array, Array] | None:
-    """By the slope of the dynamic stiffness about a resonance: a mode's mass, which neither frequency nor damping moves.
+    """By the slope of the dynamic stiffness about a resonance: a mode's mass, that neither frequency nor damping moves.
 
     Near a resonance the response itself says little: half a per cent of frequency is a factor of ten.
     """
