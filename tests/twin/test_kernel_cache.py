@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 import sys
 import tempfile
@@ -39,7 +40,7 @@ def test_a_system_wide_python_keeps_kernels_in_the_users_cache(nowhere, tmp_path
     monkeypatch.setattr(sys, "prefix", sys.base_prefix)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     kernel_cache.find_cache_place()
-    assert Path(os.environ["NUMBA_CACHE_DIR"]).parent == tmp_path / "cache"
+    assert Path(os.environ["NUMBA_CACHE_DIR"]).is_relative_to(tmp_path / "cache")
 
 
 def test_nothing_writable_leaves_a_private_folder_that_every_process_finds_again(nowhere, monkeypatch):
@@ -65,3 +66,30 @@ def test_a_place_that_is_set_is_kept(nowhere, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", "/mine")
     kernel_cache.find_cache_place()
     assert os.environ["NUMBA_CACHE_DIR"] == "/mine"
+
+
+@pytest.mark.parametrize("sources", kernel_cache.CALLED_ELSEWHERE)
+def test_another_kernel_is_another_place_for_all_that_may_call_it(sources, tmp_path):
+    states = {kernel_cache.state_of_sources(tmp_path)}
+    kernel = tmp_path / sources.replace("*", "kernel")
+    kernel.parent.mkdir(parents=True)
+    for text in ("stiffness = 1.0", "stiffness = 2.0"):
+        kernel.write_text(text)
+        states.add(kernel_cache.state_of_sources(tmp_path))
+    assert len(states) == 3
+
+
+def test_other_kernels_are_called_in_their_own_file_alone():
+    """numba notices their change only there."""
+    package = Path(kernel_cache.__file__).parent
+    counted = {path for sources in kernel_cache.CALLED_ELSEWHERE for path in package.glob(sources)}
+    sources = {path: path.read_text() for path in package.rglob("*.py")}
+    kernels = {path: text for path, text in sources.items() if "twin.joint.kernel" in text or "njit" in text}
+    others = [
+        (path, name)
+        for path in kernels.keys() - counted
+        for name in re.findall(r"^@.*(?:COMPILED|INNER|BORROWING|njit).*\ndef (\w+)", kernels[path], re.MULTILINE)
+    ]
+    assert others
+    for own, name in others:
+        assert [path for path in kernels if re.search(rf"\b{name}\(", kernels[path])] == [own]
