@@ -132,7 +132,9 @@ def search_causes(
                 stages.append(simpler)
                 model = simpler.best
                 data = _reduced_anew(data, model, report)
-    model = _to_predict_with(data, with_spread(*data, model, stages[-1].tolerances))
+    model = with_spread(*data, model, stages[-1].tolerances)
+    predicts = _beside_these(data, model) if model.hypotheses else base
+    model = replace(model, baseline=predicts.baseline)  # predictions have no tolerances
     return Search(base, model, tuple(stages), *data, base_harmonics)
 
 
@@ -245,10 +247,9 @@ def _reduced_anew(data: _Reduced, best: FittedModel, report: Report) -> _Reduced
     return _Reduced(evidence, None if harmonics is None else _harmonics(evidence, best))
 
 
-def _to_predict_with(data: _Reduced, model: FittedModel) -> FittedModel:
-    """The causes as they are, with the base family fitted beside them alone: predictions have no tolerances."""
-    alone = fit_with_errors(*data, model.baseline, model.hypotheses, errors=model.errors, exact=True, frozen=True)
-    return replace(model, baseline=alone.baseline)
+def _beside_these(data: _Reduced, model: FittedModel) -> FittedModel:
+    """The causes as they are, with the base family fitted beside them alone."""
+    return fit_with_errors(*data, model.baseline, model.hypotheses, errors=model.errors, exact=True, frozen=True)
 
 
 def _with_any_error(data: _Reduced, model: FittedModel, tolerances: ResidualColumns) -> float:
