@@ -235,13 +235,13 @@ class FitProblem:
         Motion at the place of a cause's force goes with that place, and the force's harmonics move the joints.
         """
 
-        def beyond(x: Array) -> Array:
+        def beyond(x: Array, start: Array | None = None) -> tuple[Array, Array]:
             model = self.residual_model(x)
             assert isinstance(model, ResidualModel)
-            return model.added_beyond(self.held, self.baseline(x))
+            return model.added_beyond(self.held, self.baseline(x), start=start)
 
-        here = beyond(x)
-        columns = [(beyond(moved) - here) / step for moved, step in self._beside(x, LIMITS.harmonics_step)]
+        here, start = beyond(x)
+        columns = [(beyond(moved, start)[0] - here) / step for moved, step in self._beside(x, LIMITS.harmonics_step)]
         return np.stack(columns, axis=2)
 
     def _beside(self, x: Array, coarse: float = 0.0) -> Iterator[tuple[Array, float]]:

@@ -203,13 +203,13 @@ def _left_by(
     plain = residual_model(evidence, without, harmonics, held=held)
     before = None
     if added and held.balance is not None and isinstance(plain, ResidualModel):
-        before = plain.added_beyond(held, baseline)
+        before, harmonics_before = plain.added_beyond(held, baseline)
 
     def left_by(modification: ModelModification) -> Array:
         whole = without.merged(modification)
         changed = residual_model(evidence, whole, harmonics, held=held)
         if before is not None and isinstance(changed, ResidualModel):
-            more = changed.added_beyond(held, baseline) - before
+            more = changed.added_beyond(held, baseline, start=harmonics_before)[0] - before
             if np.isfinite(more).all():  # a layer whose lost contact has no balance adds what it did
                 changed = residual_model(evidence, whole, harmonics, held=held.adding(more))
         return changed.evaluate(baseline, sensitivities=False).residual

@@ -119,12 +119,19 @@ class ResidualModel(ForwardModel):
         now = balance_openings(held.baseline.laws, lost.openings, self.slaps, start=lost.balance.motion)
         return with_more(balance, now.more - lost.balance.more)
 
-    def added_beyond(self, held: Linearisation, baseline: BaselineParameters) -> Array:
-        """Stiffness (s, 2 p) that harmonics add at the points beyond what a residual with `held` has them add."""
+    def added_beyond(
+        self, held: Linearisation, baseline: BaselineParameters, *, start: Array | None = None
+    ) -> tuple[Array, Array]:
+        """Stiffness (s, 2 p) that harmonics add at the points beyond what a residual with `held` has them add.
+
+        Also the openings' harmonics (s, h, p), which may `start` from those of a model nearby.
+        """
         found = self.step_receptance(baseline, inner=False, held=self.balance_at(held, baseline))[2]
         openings = self.openings(baseline, found)
-        harmonics = balance_openings(baseline.laws, openings, self.slaps)
-        return (self.added_by(baseline, found, openings, harmonics) - found.more)[:, : 2 * len(self.points)]
+        start = start if start is not None and start.shape == openings.driven.shape else None
+        harmonics = balance_openings(baseline.laws, openings, self.slaps, start=start)
+        more = self.added_by(baseline, found, openings, harmonics) - found.more
+        return more[:, : 2 * len(self.points)], harmonics.motion
 
     def _broadband(
         self, index: int, baseline: BaselineParameters, whitening: Whitening, sensitivities: bool
