@@ -1,13 +1,20 @@
 """Small dense systems inside compiled loops, where a call of LAPACK would cost more than the work."""
 
+from typing import Any
+
 import numba
 
 from twin.arrays import Array
 
-COMPILED = numba.njit(cache=True, error_model="numpy", nogil=True)
+OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+COMPILED = numba.njit(**OPTIONS)
+"""How the kernels of the fits are compiled: rounding is not reordered."""
+INSIDE: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
+INNER = numba.njit(**INSIDE)
+"""How those are compiled that kernels alone call: an entry for Python takes longer to compile than many of them."""
 
 
-@COMPILED
+@INNER
 def eliminate(J: Array, r: Array) -> None:
     """Gaussian elimination with row pivoting of a real system; the solution replaces r, (n,)."""
     n = len(r)
@@ -31,7 +38,7 @@ def eliminate(J: Array, r: Array) -> None:
         r[k] /= J[k, k]
 
 
-@COMPILED
+@INNER
 def eliminate_columns(A: Array, right: Array) -> None:
     """The same of a real or complex system with m right sides, (n, m), which the solutions replace."""
     n, m = right.shape

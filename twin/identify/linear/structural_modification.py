@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from twin.arrays import Array
 from twin.identify.linear.receptance import ModalBasis
+from twin.joint.elimination import INNER, INSIDE, OPTIONS
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def update_receptance(R: Array, ports: slice | NDArray[np.intp], S: Array) -> Ar
     """
     out = np.empty(R.shape, complex)
     at = np.arange(R.shape[1])[ports]
-    _update(out, np.ascontiguousarray(R, complex), at, np.ascontiguousarray(S, complex))
+    _update(out, np.ascontiguousarray(R, complex), at, np.ascontiguousarray(S, complex), 0)
     return out
 
 
@@ -93,7 +94,7 @@ LANES = 16
 """Frequencies side by side: enough to fill vectors, few enough for the cache."""
 
 
-@numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTER)
+@numba.njit(**OPTIONS, fastmath=FASTER)
 def _receptance(
     out: Array, omega: Array, poles: tuple[Array, Array], terms: Array, S: Array, places: Any, first: int
 ) -> None:
@@ -127,9 +128,12 @@ def _receptance(
                     matrix[places[j], places[i]] = value
 
 
-@numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTER)
-def _update(out: Array, free: Array, ports: Any, S: Array) -> None:
-    """Fill in `out` with the receptances `free` after springs at `ports`, a few frequencies at a time."""
+@numba.njit(**OPTIONS, fastmath=FASTER)
+def _update(out: Array, free: Array, ports: Any, S: Array, first: int) -> None:
+    """Fill in `out` with the receptances `free` after springs at `ports`, a few frequencies at a time.
+
+    `first` is that of :func:`_put_in`, 0: numba would compile that anew for a constant.
+    """
     count, springs, last = free.shape[1], len(ports), len(free) - 1
     R, spring = np.empty((count * (count + 1) // 2, 2 * LANES)), np.empty((springs, 2 * LANES))
     column, scaled = np.empty((count, 2 * LANES)), np.empty((count, 2 * LANES))
@@ -143,7 +147,7 @@ def _update(out: Array, free: Array, ports: Any, S: Array) -> None:
                     t = i * (i + 1) // 2 + j
                     R[t, n], R[t, LANES + n] = free[f, i, j].real, free[f, i, j].imag
         for k in range(springs):
-            _put_in(R, spring[k], ports[k], 0, column, scaled)
+            _put_in(R, spring[k], ports[k], first, column, scaled)
         for n in range(min(LANES, last + 1 - begin)):
             for i in range(count):
                 for j in range(i + 1):
@@ -151,7 +155,7 @@ def _update(out: Array, free: Array, ports: Any, S: Array) -> None:
                     out[begin + n, i, j] = out[begin + n, j, i] = complex(R[t, n], R[t, LANES + n])
 
 
-@numba.njit(cache=True, error_model="numpy", nogil=True)
+@INNER
 def _factors(factors: Array, w: Array, omega_r: Array, zeta: Array) -> None:
     """What the terms are multiplied by, (m + 2, 2 LANES): each mode's receptance per unit shape, 1 and omega^2.
 
@@ -161,17 +165,17 @@ def _factors(factors: Array, w: Array, omega_r: Array, zeta: Array) -> None:
     for m in range(modes):
         for n in range(LANES):
             damping = 2 * zeta[m] * omega_r[m]
-            a = omega_r[m] ** 2 - (w[n].real - w[n].imag) * (w[n].real + w[n].imag) - damping * w[n].imag
+            a = omega_r[m] * omega_r[m] - (w[n].real - w[n].imag) * (w[n].real + w[n].imag) - damping * w[n].imag
             b = damping * w[n].real - 2 * w[n].real * w[n].imag
             square = a * a + b * b
             factors[m, n], factors[m, LANES + n] = a / square, -b / square
     for n in range(LANES):
         factors[modes, n], factors[modes, LANES + n] = 1.0, 0.0
-        square = w[n] * w[n]
-        factors[modes + 1, n], factors[modes + 1, LANES + n] = square.real, square.imag
+        x, y = w[n].real, w[n].imag
+        factors[modes + 1, n], factors[modes + 1, LANES + n] = x * x - y * y, 2 * x * y
 
 
-@numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTER)
+@numba.njit(**INSIDE, fastmath=FASTER)
 def _put_in(R: Array, spring: Array, k: int, first: int, column: Array, scaled: Array) -> None:
     """Put in one spring at port k: R - c s/(1 + s R_kk) c^T with its column c; only ports from `first` on are kept up.
 
