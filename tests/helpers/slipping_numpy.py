@@ -46,7 +46,7 @@ def _beyond(a: float, c: float, rippled: complex, softer: float, slip_force: flo
     def miss(y: float) -> float:
         return float(np.abs(y - c * (jenkins_harmonics([y], softer, slip_force, 1)[0, 0] + rippled)) - a)
 
-    low, high = _bracket(a, c, abs(rippled), softer)
+    low, high = _bracket.py_func(a, c, abs(rippled), softer)
     return low if c == 0.0 else float(brentq(miss, low, high, xtol=1e-15 * a, rtol=1e-14))
 
 

@@ -2,12 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from math import acos, sin, sqrt
 from typing import Any
 
 import numpy as np
 
 from twin.arrays import Array
-from twin.joint.elimination import COMPILED, eliminate
+from twin.joint.calling import address, call_kernel
+from twin.joint.elimination import COMPILED, INNER, eliminate
 
 RIPPLES = (3, 5, 7)
 """Harmonics of the slip that are balanced.  Without the third a slip force comes out wrong by several per cent."""
@@ -81,7 +84,7 @@ def slipping_harmonics(amplitude: Any, k: float, slip_force: float, compliance: 
     a = np.atleast_1d(np.asarray(amplitude, float))
     C = np.array(np.broadcast_to(compliance, (len(a), len(RIPPLES))), complex, order="C")
     out = np.empty((len(a), 1 + len(RIPPLES)), complex)
-    _in_series(a, float(k), float(slip_force), common_spring(C), C, out)
+    _in_series(a, float(k), float(slip_force), common_spring(C), C, out, slide_address())
     return out
 
 
@@ -90,22 +93,22 @@ def common_spring(compliance: Array) -> Array:
     return np.maximum(np.sort(compliance.real, axis=1)[:, len(RIPPLES) // 2], 0.0)
 
 
-@COMPILED
+@INNER
 def _bracket(a: float, c: float, rippled: float, softer: float) -> tuple[float, float]:
     """Amplitudes beyond the common spring that enclose the one whose slip is a: with slipping, and with none."""
     return max(a - c * rippled, 0.0), (a + c * rippled) / (1.0 - c * softer)
 
 
-@COMPILED
+@INNER
 def _first(y: float, k: float, slip_force: float) -> complex:
     """The fundamental of :func:`jenkins_harmonics`."""
     top = min(slip_force, k * y)
     cosine = min(max(1 - 2 * top / max(k * y, 1e-300), -1.0), 1.0)
-    t, sine = np.arccos(cosine), np.sqrt(max(1.0 - cosine * cosine, 0.0))
+    t, sine = acos(cosine), sqrt(max(1.0 - cosine * cosine, 0.0))
     return complex(k * y * (t - cosine * sine) / np.pi, k * y * sine * sine / np.pi)
 
 
-@COMPILED
+@INNER
 def _beyond(a: float, c: float, rippled: complex, k: float, slip_force: float) -> float:
     """Amplitude beyond the common spring at which the slip's is a, by false position (Illinois)."""
     low, high = _bracket(a, c, abs(rippled), k)
@@ -133,14 +136,21 @@ def _beyond(a: float, c: float, rippled: complex, k: float, slip_force: float) -
 
 
 @COMPILED
-def _in_series(a: Array, k: float, slip_force: float, c: Array, compliance: Array, out: Array) -> None:
+def _in_series(a: Array, k: float, slip_force: float, c: Array, compliance: Array, out: Array, slide_at: int) -> None:
     """Fill in the harmonics (s, 4)."""
     room = room_to_slide()
     for s in range(len(a)):
-        slide(a[s], k, slip_force, c[s], compliance[s], out[s], room)
+        call_kernel(slide_at, None, (a[s], k, slip_force, c[s], compliance[s], out[s], room))
 
 
-@COMPILED
+@cache
+def slide_address() -> int:
+    """Where :func:`slide` is, for the kernels that call it there."""
+    c = np.zeros(len(RIPPLES), complex)
+    return address(slide, 0.0, 0.0, 0.0, 0.0, c, c, room_to_slide.py_func())
+
+
+@INNER
 def room_to_slide() -> tuple[Array, ...]:
     """What :func:`slide` works in."""
     count = len(RIPPLES)
@@ -150,7 +160,7 @@ def room_to_slide() -> tuple[Array, ...]:
     )  # fmt: skip
 
 
-@COMPILED
+@INNER
 def slide(
     a: float, k: float, slip_force: float, c: float, compliance: Array, out: Array, room: tuple[Array, ...]
 ) -> None:
@@ -172,14 +182,14 @@ def slide(
         out[1 + i] *= turn ** RIPPLES[i]
 
 
-@COMPILED
+@INNER
 def _by_ripples(a: float, k: float, slip_force: float, alone: Array, both: Array, integrals: Array) -> None:
     """Fill in the harmonics (4,) without ripples, and what the ripples' real and imaginary parts (4, 6) add."""
     highest = RIPPLES[-1]
     top = min(slip_force, k * a)
     cosine = min(max(1 - 2 * top / max(k * a, 1e-300), -1.0), 1.0)
-    t = np.arccos(cosine)
-    turn = complex(cosine, -np.sin(t))
+    t = acos(cosine)
+    turn = complex(cosine, -sin(t))
     power = 1.0 + 0j
     integrals[highest] = t
     for n in range(1, 2 * highest + 1):
@@ -202,7 +212,7 @@ def _by_ripples(a: float, k: float, slip_force: float, alone: Array, both: Array
             both[i, j + len(RIPPLES)] = 1j * (ripple - conjugate)
 
 
-@COMPILED
+@INNER
 def _balance(alone: Array, both: Array, compliance: Array, J: Array, X: Array) -> None:
     """Add to `alone` what the ripples X = -C (F + A X + B X*) that the harmonics make do to them.
 

@@ -85,13 +85,14 @@ def address(kernel: Any, *arguments: Any) -> int:
 
 
 def _typed_kernel(typing: Any, address: Any, kernel: Any, arguments: Any) -> Any:
-    result = kernel.get_call_type(typing, tuple(arguments), {}).return_type
+    result = kernel if kernel is types.none else kernel.get_call_type(typing, tuple(arguments), {}).return_type
     return result(types.int64, kernel, arguments), _written_kernel
 
 
 call_kernel: Any = intrinsic(_typed_kernel)
 """Inside a kernel: what another one returns, given its address, itself and a tuple of its arguments.
 
+None in place of one that returns nothing: it is compiled only where its address is asked for.
 A kernel that is called by its name is copied into each that calls it and compiled again there.
 """
 

@@ -6,13 +6,15 @@ step on the logarithms of the amplitudes.
 
 from __future__ import annotations
 
+from math import exp, log
 from typing import NamedTuple
 
 import numpy as np
 
 from twin.arrays import Array
-from twin.identify.slipping import LEAST_SLIP, RIPPLES, room_to_slide, slide
-from twin.joint.elimination import COMPILED, eliminate, eliminate_columns
+from twin.identify.slipping import LEAST_SLIP, RIPPLES, room_to_slide
+from twin.joint.calling import call_kernel
+from twin.joint.elimination import COMPILED, INNER, eliminate, eliminate_columns
 
 
 class PackedPorts(NamedTuple):
@@ -61,7 +63,7 @@ class Turn(NamedTuple):
 
 
 class PackedSliders(NamedTuple):
-    """Sliders, which act at the last ports."""
+    """Sliders, which act at the last ports; none where there are other forces, too."""
 
     values: Array
     """Stiffness and slip force of each, as in :class:`twin.identify.slipping.Slider`, (m, 2)."""
@@ -70,10 +72,12 @@ class PackedSliders(NamedTuple):
     """What each slips into (s, m, 3), and the :func:`~twin.identify.slipping.common_spring` of that (s, m)."""
     difference: float
     """Relative step of an amplitude for the derivative of a slider's stiffness."""
+    slide_at: int
+    """:func:`~twin.identify.slipping.slide_address`, if there is one."""
 
 
 class NewtonLimits(NamedTuple):
-    """Most turns, the largest disagreement that ends them, and the longest step and shortest share of one."""
+    """Most turns after the first, the disagreement that ends them, and the longest step and shortest share of one."""
 
     turns: int
     settled: float
@@ -92,13 +96,20 @@ class _Room(NamedTuple):
 
 
 @COMPILED
-def turn(ports: PackedPorts, own: Array, growth: Array, log_a: Array, rows: Array, out: Turn) -> None:
-    """Motion and stiffness of some steps at assumed amplitudes, what these miss, and Newton's step.
+def settle(
+    ports: PackedPorts, own: Array, growth: Array, log_a: Array, rows: Array, out: Turn, sliders: PackedSliders,
+    limits: NewtonLimits,
+) -> None:  # fmt: skip
+    """Motion and stiffness of some steps at assumed amplitudes, what these miss, and Newton's step; turn by turn.
+
+    With turns, `log_a` is moved to where nothing is missed.  A step that does not help is shortened, down to the
+    `shortest` share; no logarithm moves by more than `longest`.
 
     Parameters
     ----------
     own, growth : ndarray, (s, n - 2 p)
-        Stiffness of the nonlinear forces at these amplitudes, and its derivative by their logarithms.
+        Stiffness of the nonlinear forces at these amplitudes, and its derivative by their logarithms; filled where all
+        of them are sliders, since others allow no turns.
     log_a : ndarray, (s, n)
         Logarithms of the assumed amplitudes.
     rows : ndarray of int
@@ -106,90 +117,62 @@ def turn(ports: PackedPorts, own: Array, growth: Array, log_a: Array, rows: Arra
     out
         Filled there.
     """
-    room = _room(log_a.shape[1])
-    for s in rows:
-        one = Turn(out.motion[s], out.stiffness[s], out.gap[s], out.step[s])
-        _turn_one(ports, s, own[s], growth[s], log_a[s], one, room)
-
-
-@COMPILED
-def settle(ports: PackedPorts, sliders: PackedSliders, limits: NewtonLimits, log_a: Array, z: Array, k: Array) -> Array:
-    """The same to the end, where all nonlinear forces are sliders: `log_a` is moved to where nothing is missed.
-
-    A step that does not help is shortened, down to the `shortest` share; no logarithm moves by more than `longest`.
-
-    Parameters
-    ----------
-    z, k : ndarray, (s, n)
-        Filled with the motion and the stiffness.
-
-    Returns
-    -------
-    ndarray, (s,)
-        The largest disagreement that is left.
-    """
-    steps, n = log_a.shape
-    room, count = _room(n), len(sliders.values)
-    own, growth = np.empty(count, np.complex128), np.empty(count, np.complex128)
+    n = log_a.shape[1]
+    room, trial = _room(n), np.empty(n)
     force, slip = np.empty(1 + len(RIPPLES), np.complex128), room_to_slide()
-    gap, step, trial, worst = np.empty(n), np.empty(n), np.empty(n), np.empty(steps)
     new = Turn(np.empty(n, np.complex128), np.empty(n, np.complex128), np.empty(n), np.empty(n))
-    for s in range(steps):
-        _slide_all(sliders, s, log_a[s], own, growth, force, slip)
-        _turn_one(ports, s, own, growth, log_a[s], Turn(z[s], k[s], gap, step), room)
-        worst[s] = _largest(gap)
-        share = 1.0
-        for _ in range(limits.turns):
-            if not worst[s] > limits.settled:
-                break
+    for s in rows:
+        worst, share = np.inf, 1.0
+        for i in range(n):
+            trial[i] = log_a[s, i]
+        for turn in range(limits.turns + 1):
+            if len(sliders.values) > 0:
+                _slide_all(sliders, s, trial, own[s], growth[s], force, slip)
+            _turn_one(ports, s, own[s], growth[s], trial, new, room)
+            left = 0.0
             for i in range(n):
-                trial[i] = log_a[s, i] + share * min(max(step[i], -limits.longest), limits.longest)
-            _slide_all(sliders, s, trial, own, growth, force, slip)
-            _turn_one(ports, s, own, growth, trial, new, room)
-            left = _largest(new.gap)
-            if left < worst[s] or share <= limits.shortest:
+                if not abs(new.gap[i]) <= left:  # what is not a number counts as the largest
+                    left = abs(new.gap[i])
+            if turn == 0 or left < worst or share <= limits.shortest:
                 for i in range(n):
-                    log_a[s, i], z[s, i], k[s, i], step[i] = trial[i], new.motion[i], new.stiffness[i], new.step[i]
-                worst[s], share = left, 1.0
+                    log_a[s, i], out.motion[s, i], out.stiffness[s, i] = trial[i], new.motion[i], new.stiffness[i]
+                    out.gap[s, i], out.step[s, i] = new.gap[i], new.step[i]
+                worst, share = left, 1.0
             else:
                 share /= 4.0
-    return worst
+            if not worst > limits.settled:
+                break
+            for i in range(n):
+                trial[i] = log_a[s, i] + share * min(max(out.step[s, i], -limits.longest), limits.longest)
 
 
-@COMPILED
+@INNER
 def _room(n: int) -> _Room:
     complexes = np.empty((n, n), np.complex128), np.empty((n, n + 1), np.complex128), np.empty(n, np.complex128)
     return _Room(complexes[0], complexes[1], complexes[2], np.empty((n, n)), np.empty(n))
 
 
-@COMPILED
-def _largest(gap: Array) -> float:
-    largest = 0.0
-    for value in gap:
-        if not abs(value) <= largest:  # what is not a number counts as the largest
-            largest = abs(value)
-    return largest
-
-
-@COMPILED
+@INNER
 def _slide_all(
     sliders: PackedSliders, s: int, log_a: Array, own: Array, growth: Array, force: Array, room: tuple[Array, ...]
 ) -> None:
     """Stiffness of the sliders at a step, and its derivative by the log amplitude of each."""
     first = len(log_a) - len(sliders.values)
     for i in range(len(sliders.values)):
-        a, k, slip_force = np.exp(log_a[first + i]), sliders.values[i, 0], sliders.values[i, 1]
+        a, k, slip_force = exp(log_a[first + i]), sliders.values[i, 0], sliders.values[i, 1]
         common, compliance = sliders.common[s, i], sliders.compliance[s, i]
-        slide(a, k, slip_force, common, compliance, force, room)
-        own[i] = force[0] / max(a, LEAST_SLIP) - k
-        a *= 1.0 + sliders.difference
-        slide(a, k, slip_force, common, compliance, force, room)
-        growth[i] = (force[0] / max(a, LEAST_SLIP) - k - own[i]) / sliders.difference
+        for beside in range(2):
+            call_kernel(sliders.slide_at, None, (a, k, slip_force, common, compliance, force, room))
+            growth[i] = force[0] / max(a, LEAST_SLIP) - k
+            if beside == 0:
+                own[i] = growth[i]
+                a *= 1.0 + sliders.difference
+        growth[i] = (growth[i] - own[i]) / sliders.difference
 
 
-@COMPILED
+@INNER
 def _turn_one(ports: PackedPorts, s: int, own: Array, growth: Array, log_a: Array, out: Turn, room: _Room) -> None:
-    """:func:`turn` at one step, whose rows `own`, `growth`, `log_a` and `out` are."""
+    """:func:`settle`'s turn of one step, whose rows `own`, `growth`, `log_a` and `out` are."""
     weights, more, more_growth, more_at = ports.weights[s], ports.more[s], ports.more_growth[s], ports.more_at[s]
     among, driven, to_reference = ports.among[s], ports.driven[s], ports.to_reference[s]
     z, k, gap, step = out
@@ -197,10 +180,10 @@ def _turn_one(ports: PackedPorts, s: int, own: Array, growth: Array, log_a: Arra
     n, points = len(driven), len(weights) // 2
     for i in range(n):
         if i < points:
-            value, by_log = _cubic(ports.opening[i], np.exp(log_a[i]))
+            value, by_log = _cubic(ports.opening[i], exp(log_a[i]))
             k[i], slope[i] = complex(-weights[i] * value, 0.0), complex(-weights[i] * by_log, 0.0)
         elif i < 2 * points:
-            value, by_log = _cubic(ports.slip[i - points], np.exp(log_a[i]))
+            value, by_log = _cubic(ports.slip[i - points], exp(log_a[i]))
             k[i], slope[i] = complex(0.0, weights[i] * value), complex(0.0, weights[i] * by_log)
         else:
             k[i], slope[i] = own[i - 2 * points], growth[i - 2 * points]
@@ -220,7 +203,7 @@ def _turn_one(ports: PackedPorts, s: int, own: Array, growth: Array, log_a: Arra
         reading -= to_reference[i] * k[i] * right[i, 0]
     for i in range(n):
         z[i] = right[i, 0] / reading * ports.amplitude[s]
-        gap[i] = np.log(max(abs(z[i]), 1e-300)) - log_a[i]
+        gap[i] = log(max(abs(z[i]), 1e-300)) - log_a[i]
     for i in range(n):
         for j in range(n):
             J[i, j] = 1.0 if i == j else 0.0
@@ -242,12 +225,18 @@ def _turn_one(ports: PackedPorts, s: int, own: Array, growth: Array, log_a: Arra
         step[i] = r[i]
 
 
-@COMPILED
+@INNER
 def _cubic(c: Array, x: float) -> tuple[float, float]:
     """A law at an amplitude, and its derivative by the logarithm of that."""
     offset = c[5, 0]
-    u = np.log(x + offset)
-    i = min(max(np.searchsorted(c[4], u) - 1, 0), c.shape[1] - 2)
+    u = log(x + offset)
+    i, beyond = 0, c.shape[1] - 1
+    while beyond - i > 1:
+        middle = (i + beyond) // 2
+        if c[4, middle] < u:
+            i = middle
+        else:
+            beyond = middle
     t = u - c[4, i]
     value = ((c[0, i] * t + c[1, i]) * t + c[2, i]) * t + c[3, i]
     return value, ((3.0 * c[0, i] * t + 2.0 * c[1, i]) * t + c[2, i]) * x / (x + offset)

@@ -23,9 +23,9 @@ from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import NoiseMotion, NonlinearForce
 from twin.identify.nonlinear.balance import Added, Balance, log_amplitudes
-from twin.identify.nonlinear.balance_kernel import NewtonLimits, PackedPorts, PackedSliders, Turn, settle, turn
+from twin.identify.nonlinear.balance_kernel import NewtonLimits, PackedPorts, PackedSliders, Turn, settle
 from twin.identify.nonlinear.joint_law import LayerLaw, packed_laws
-from twin.identify.slipping import RIPPLES, Slider, common_spring
+from twin.identify.slipping import RIPPLES, Slider, common_spring, slide_address
 
 NEWTON = NewtonLimits(15, 1e-9, LIMITS.local_longest, LIMITS.local_shortest)
 
@@ -168,12 +168,12 @@ class LocalForces:
         )  # fmt: skip
         ports = PackedPorts(*(np.ascontiguousarray(a) for a in arrays))  # one layout, one compilation
         sliders = [force.slider for force in self.forces if force.slider]
+        now, every = Turn.of(log_a), np.arange(len(omega))
         if len(sliders) == len(self.forces):
-            z, k = np.empty((2, *around.driven.shape), complex)
-            worst = settle(ports, self._packed(sliders, omega), NEWTON, log_a, z, k)
-            return Balance(z, k, added, worst, self.ripples)
-        now = Turn.of(log_a)
-        self._turn(ports, omega, log_a, np.arange(len(omega)), now)
+            own, growth = np.empty((2, len(log_a), len(sliders)), complex)
+            settle(ports, own, growth, log_a, every, now, self._packed(sliders, omega), NEWTON)
+            return Balance(now.motion, now.stiffness, added, now.worst, self.ripples)
+        self._turn(ports, omega, log_a, every, now)
         worst, share, trial = now.worst, np.ones(len(omega)), Turn.of(log_a)
         for _ in range(NEWTON.turns):
             rows = np.flatnonzero(~(worst <= NEWTON.settled))
@@ -193,7 +193,7 @@ class LocalForces:
         """Fill in `out` at some rows, for assumed log amplitudes."""
         own, growth = np.empty((2, len(log_a), len(self.forces)), complex)
         own[rows], growth[rows] = self._with_growth(np.exp(log_a[rows, 2 * self.points :]), omega[rows], rows)
-        turn(ports, own, growth, log_a, rows, out)
+        settle(ports, own, growth, log_a, rows, out, self._packed([], omega), NEWTON._replace(turns=0))
 
     def follow(
         self, laws: Sequence[LayerLaw], amplitude: Array, omega: Array, influence: Influence, motion: Array,
@@ -264,7 +264,8 @@ class LocalForces:
             values[i] = slider.stiffness, slider.slip_force
             compliance[:, i] = slider.compliance(omega) if self.ripples is None else self.ripples[:, i]
             common[:, i] = common_spring(compliance[:, i])
-        return PackedSliders(values, compliance, common, LIMITS.local_difference)
+        at = slide_address() if sliders else 0
+        return PackedSliders(values, compliance, common, LIMITS.local_difference, at)
 
 
 def _turned(motion: Array, count: int) -> Array:

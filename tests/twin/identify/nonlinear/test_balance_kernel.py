@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.identify.nonlinear.balance_kernel import NewtonLimits, PackedPorts, PackedSliders, Turn, settle, turn
+from twin.identify.nonlinear.balance_kernel import NewtonLimits, PackedPorts, PackedSliders, Turn, settle
 from twin.identify.nonlinear.joint_law import LayerLaw, packed_laws, spline_basis
 
 STEPS, POINTS = 40, 3
@@ -49,6 +49,9 @@ def plain_turn(
     return z, k, gap, np.linalg.solve(np.eye(len(k)) - (influence @ by_amplitude).real, gap)
 
 
+NO_SLIDERS = PackedSliders(np.zeros((0, 2)), np.zeros((STEPS, 0, 3), complex), np.zeros((STEPS, 0)), 1e-5, 0)
+
+
 @pytest.mark.parametrize("forces", [0, 1, 3])
 def test_a_turn_is_the_plain_one(forces):
     n = 2 * POINTS + forces
@@ -58,7 +61,7 @@ def test_a_turn_is_the_plain_one(forces):
     log_a = rng.uniform(np.log(1e-9), np.log(3e-5), (STEPS, n))
     out = Turn.of(log_a)
     packed = PackedPorts(*packed_laws((LAW,), np.zeros(POINTS, int)), weights, *map(np.ascontiguousarray, ports))
-    turn(packed, own, growth, log_a, np.arange(STEPS), out)
+    settle(packed, own, growth, log_a, np.arange(STEPS), out, NO_SLIDERS, NewtonLimits(0, 1e-10, 0.7, 1 / 64))
     for s in range(STEPS):
         rows = (values[s] for values in (weights, *ports, own, growth, log_a))
         for found, plain in zip(out, plain_turn(LAW, *rows), strict=True):
@@ -89,12 +92,12 @@ def test_what_it_settles_at_is_the_plain_fixed_point_and_where_nothing_is_missed
     among, driven, reading, onto, amplitude, more, growth, at = ports = random_ports(n)
     weights = np.full((STEPS, n), 0.2)
     start = np.abs(driven / reading[:, None] * amplitude[:, None])
-    log_a = np.log(start)
-    z, k = np.empty((2, STEPS, n), complex)
+    log_a, nothing = np.log(start), np.zeros((STEPS, 0), complex)
     packed = PackedPorts(*packed_laws((LAW,), np.zeros(POINTS, int)), weights, *map(np.ascontiguousarray, ports))
-    none = PackedSliders(np.zeros((0, 2)), np.zeros((STEPS, 0, 3), complex), np.zeros((STEPS, 0)), 1e-5)
-    worst = settle(packed, none, NewtonLimits(60, 1e-10, 0.7, 1 / 64), log_a, z, k)
-    assert np.all(worst < 1e-10)
+    out = Turn.of(log_a)
+    settle(packed, nothing, nothing, log_a, np.arange(STEPS), out, NO_SLIDERS, NewtonLimits(60, 1e-10, 0.7, 1 / 64))
+    z, k = out.motion, out.stiffness
+    assert np.all(out.worst < 1e-10)
     assert np.median(np.abs(np.log(np.abs(z) / start))) > 0.1, "what acts there matters"
     for s in range(STEPS):
         d = np.linalg.solve(np.eye(n) + among[s] * k[s], driven[s])
