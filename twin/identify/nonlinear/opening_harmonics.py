@@ -29,7 +29,7 @@ from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import Opening
 from twin.identify.nonlinear.joint_law import LayerLaw, spacing, spline_basis
-from twin.identify.nonlinear.opening_kernel import Around, Layer, balance, by_softening, follow, force_at, growth
+from twin.identify.nonlinear.opening_kernel import Around, Layer, balance, by_softening, follow, force_at, spectra
 
 SAMPLES = 64
 """Of a period."""
@@ -152,14 +152,15 @@ def balance_openings(
     if not laws:
         return OpeningBalance(X, X, np.zeros(a.shape, complex), 0.0)
     layer = _layer(laws, openings, slaps)
-    force, more, unsettled = np.empty(shape, complex), np.empty(a.shape, complex), np.empty(len(a))
+    force, first, unsettled = np.empty(shape, complex), np.empty(a.shape, complex), np.empty(len(a))
 
     def settle(rows: NDArray[np.int64], share: float) -> None:
         """Balance these steps with a share of what is lost."""
         driven, motion = _one_layout(openings.driven[rows], X[rows])
         less = layer._replace(slap=layer.slap * [share, 1.0, 1.0])
-        found = balance(_around(openings, rows), driven, less, motion, TURNS, LIMITS.opening_balanced, SHORTEST)
-        X[rows], force[rows], more[rows], unsettled[rows] = motion, *found
+        around = _around(openings, rows)
+        found = balance(around, driven, less, motion, TURNS, LIMITS.opening_balanced, SHORTEST)
+        X[rows], (force[rows], first[rows], unsettled[rows]) = motion, found
 
     settle(np.arange(len(a)), 1.0)
     stuck = np.flatnonzero(unsettled > LIMITS.opening_stuck)
@@ -167,6 +168,8 @@ def balance_openings(
         X[stuck] = 0.0
         for share in LIMITS.little_by_little:
             settle(stuck, share)
+    # Less what the time form makes of the fundamental alone: nothing, but for its table and its least slope.
+    more = 2.0 * (first - _alone(openings, layer)[0][:, :, 1]) / _where_moving(a)
     return OpeningBalance(X, force, more, float(np.max(unsettled, initial=0.0)))
 
 
@@ -175,10 +178,17 @@ def growth_of_more(
 ) -> Array:
     """Derivatives (s, p, p) of the stiffness that harmonics add, by the logarithms of the fundamentals, N/m."""
     a = openings.fundamental
-    grown = np.zeros((*a.shape, a.shape[1]), complex)
-    if laws:
-        layer = _layer(laws, openings, slaps)
-        growth(_around(openings), layer, *_one_layout(balance.motion, balance.more), grown)  # type: ignore[call-arg]
+    if not laws:
+        return np.zeros((*a.shape, a.shape[1]), complex)
+    layer, points = _layer(laws, openings, slaps), np.arange(a.shape[1])
+    tau = _spectra(openings, layer, balance.motion)[1]
+    # The force's harmonics by the logarithms of the fundamentals, from orders 1 - h and 1 + h of the tangent.
+    waves = np.stack([_of_wave(a, tau, h) * (1.0 if h == 0 else 2.0) for h in openings.orders], axis=1)
+    grown = _followed(openings, layer, tau, -openings.compliance * waves[:, :, None, :])
+    alone = _alone(openings, layer)[1]
+    grown[:, points, points] += 2.0 * (_of_wave(a, tau, 1) - _of_wave(a, alone, 1))
+    grown /= _where_moving(a)[:, :, None]
+    grown[:, points, points] -= balance.more
     return grown
 
 
@@ -207,7 +217,8 @@ def stiffness_sensitivity(
     a, orders = openings.fundamental, np.array(openings.orders)
     if not laws:
         return [], np.zeros((*a.shape, moved.shape[3]), complex)
-    around, layer = _around(openings), _layer(laws, openings, slaps)
+    layer = _layer(laws, openings, slaps)
+    tau = _spectra(openings, layer, motion)[1]
     waves = np.exp(1j * np.outer(_theta(), np.append(orders, 1)))
     # Amounts of these waves, the fundamental's last.  A static part is its mean.
     onto = (np.append(np.where(orders == 0, 1.0, 2.0), 2.0) / SAMPLES * waves.conj()).T
@@ -215,24 +226,18 @@ def stiffness_sensitivity(
     opening = alone + (motion.transpose(0, 2, 1) @ waves[:, :-1].T).real
     share, gap = layer.slap[:, :2].T
     lost = np.where(opening > gap[:, None], share[:, None], 0.0)
-    at_rest = np.where(a == 0, 1.0, a)[:, :, None]
-
-    def back(change: Array) -> Array:
-        """Fundamentals (s, p, u) of the force, once the harmonics have followed their change (s, h, p, u)."""
-        force = np.empty((*a.shape, change.shape[-1]), complex)
-        follow(around, layer, *_one_layout(motion, change), force)  # type: ignore[call-arg]
-        return force
-
+    at_rest = _where_moving(a)[:, :, None]
     out = []
     for joint, law in enumerate(laws):
         own = np.flatnonzero(openings.joint == joint)
         held = _abel(law.opening_knots.tobytes(), law.run_out), gap[own], openings.weight[:, own]
         by_law = _taken_off(opening[:, own], lost[:, own], onto, *held)
         alone_too = _taken_off(alone[:, own], 0 * alone[:, own], onto[-1:], *held)
-        force = back(-np.einsum("shqp,sphn->shqn", openings.compliance[..., own], by_law[:, :, :-1], optimize=True))
+        change = -np.einsum("shqp,sphn->shqn", openings.compliance[..., own], by_law[:, :, :-1], optimize=True)
+        force = _followed(openings, layer, tau, change)
         force[:, own] += by_law[:, :, -1] - alone_too[:, :, 0]
         out.append(force / at_rest)
-    return out, back(moved) / at_rest
+    return out, _followed(openings, layer, tau, moved) / at_rest
 
 
 def _around(openings: Openings, rows: NDArray[np.int64] | slice = slice(None)) -> Around:
@@ -250,8 +255,41 @@ def _layer(laws: Sequence[LayerLaw], openings: Openings, slaps: Sequence[Opening
     for row, slap, table in zip(lost, slaps or [None] * len(tables), tables, strict=True):
         if slap is not None:
             row[:] = 1 - slap.factor, slap.gap_m, force_at(slap.gap_m, table)[0]
-    arrays = openings.modulus[joint], orders, np.cos(angle), np.sin(angle), tables[joint], lost[joint]
+    waves = np.array([np.cos(angle), np.sin(angle)])
+    arrays = openings.modulus[joint], orders, waves, waves.transpose(0, 2, 1) / SAMPLES, tables[joint], lost[joint]
     return Layer(*_one_layout(*arrays))
+
+
+def _spectra(openings: Openings, layer: Layer, motion: Array) -> tuple[Array, Array]:
+    """Fourier coefficients (s, p, n) of the force beyond the secant stiffness, and of its tangent."""
+    force, tangent = np.empty((2, *openings.fundamental.shape, layer.waves.shape[1]), complex)
+    spectra(_around(openings), layer, *_one_layout(motion), force, tangent)
+    return force, tangent
+
+
+def _alone(openings: Openings, layer: Layer) -> tuple[Array, Array]:
+    """The same of the fundamental alone, which loses no contact."""
+    none = np.zeros((len(openings.fundamental), 0, len(layer.modulus)), complex)
+    return _spectra(openings, layer._replace(orders=layer.orders[:0], slap=np.zeros_like(layer.slap)), none)
+
+
+def _followed(openings: Openings, layer: Layer, tau: Array, change: Array) -> Array:
+    """Fundamentals (s, p, u) of the force, once the harmonics have followed their change (s, h, p, u)."""
+    force = np.empty((*openings.fundamental.shape, change.shape[-1]), complex)
+    compliance, change = _one_layout(openings.compliance, change)
+    follow(compliance, tau, layer.orders, change, force)
+    return force
+
+
+def _of_wave(a: Array, tau: Array, h: int) -> Array:
+    """Fourier coefficient h (s, p) of tangents tau (s, p, n) times the fundamentals' waves Re(a exp(i theta))."""
+    below = tau[:, :, h - 1] if h else tau[:, :, 1].conj()
+    return np.asarray(0.5 * (a * below + a.conj() * tau[:, :, h + 1]))
+
+
+def _where_moving(a: Array) -> Array:
+    """Fundamentals to divide by."""
+    return np.where(a == 0, 1.0, a)
 
 
 def _theta() -> Array:

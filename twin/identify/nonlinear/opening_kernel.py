@@ -4,12 +4,13 @@ Real parts of all orders come first among the unknowns, then the imaginary parts
 has none.
 """
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from twin.arrays import Array
-from twin.joint.elimination import COMPILED, eliminate, eliminate_columns
+from twin.joint.elimination import COMPILED, INNER, eliminate, eliminate_columns
 
 
 class Around(NamedTuple):
@@ -28,23 +29,14 @@ class Layer(NamedTuple):
     """E', N/m2, (p,)."""
     orders: Array
     """The harmonics in question; order zero, if any, comes first, (h,)."""
-    cosines: Array
-    sines: Array
-    """Of n theta at a period's samples, up to twice the highest order, (n, t)."""
+    waves: Array
+    """Cosine and sine of n theta at a period's samples, up to twice the highest order, (2, n, t)."""
+    onto: Array
+    """The same to transform by, over the number of samples, (2, t, n)."""
     table: Array
     """Openings evenly from zero, the layer's whole force there per weight, and its slope, (p, 3, g)."""
     slap: Array
     """Share of the stiffness lost beyond the gap, where the joint opens; the gap; the force at the gap, (p, 3)."""
-
-
-class _Period(NamedTuple):
-    """Room for openings, the force beyond the secant stiffness, its tangent, (p, t); waves (t, n) to transform by."""
-
-    opening: Array
-    path: Array
-    tangent: Array
-    cosines: Array
-    sines: Array
 
 
 @COMPILED
@@ -62,30 +54,35 @@ def balance(
 
     Returns
     -------
-    force, more, unsettled : ndarray, (s, h, p), (s, p), (s,)
-        See :class:`twin.identify.nonlinear.opening_harmonics.OpeningBalance`.
+    force, first, unsettled : ndarray, (s, h, p), (s, p), (s,)
+        See :class:`twin.identify.nonlinear.opening_harmonics.OpeningBalance`; Fourier coefficient one of the force
+        beyond the secant stiffness.
     """
     orders, compliance = layer.orders, around.compliance
     steps, H, p = X.shape
     n, still = H * p, p if orders[0] == 0 else 0
-    period, spectrum, tau = _room(layer)
+    _, waves, samples = layer.waves.shape
+    path, tangent = np.empty((p, samples)), np.empty((p, samples))
+    spectrum, tau = np.empty((p, waves), np.complex128), np.empty((p, waves), np.complex128)
     J, r = np.empty((2 * n - still, 2 * n - still)), np.empty(2 * n - still)
     base, taken = np.empty((H, p), np.complex128), np.empty((H, p), np.complex128)
     miss = np.empty((H, p), np.complex128)
-    force, more, unsettled = np.empty_like(X), np.empty((steps, p), np.complex128), np.empty(steps)
+    force, first, unsettled = np.empty_like(X), np.empty((steps, p), np.complex128), np.empty(steps)
     for s in range(steps):
         size = 1e-300
         for i in range(p):
             size = max(size, abs(around.fundamental[s, i]))
-        nearest, share = np.inf, 1.0
+        nearest, share, settled = np.inf, 1.0, False
         unsettled[s] = np.inf
         for turn in range(turns + 1):
-            _force_of(around, layer, s, X[s], orders, layer.slap, period)
-            _transform(period.path, period, spectrum)
+            _force_of(around, layer, s, X[s], path, tangent)
+            _transform(path, layer.onto, spectrum)
             left = _missed(X[s], driven[s], compliance[s], spectrum, orders, force[s], miss)
+            if settled:
+                break
             # Where a contact opens within a step, whole steps may go round in circles: half of one, until it helps.
             if left < nearest or share <= shortest:
-                _transform(period.tangent, period, tau)
+                _transform(tangent, layer.onto, tau)
                 _newton(compliance[s], tau, orders, miss, J, r)
                 longest = 0.0
                 for h in range(H):
@@ -107,54 +104,38 @@ def balance(
             for h in range(H):
                 for i in range(p):
                     X[s, h, i] = base[h, i] - share * taken[h, i]
-            if unsettled[s] < balanced:
-                # The last step is taken too: differences between close balances are meaningful.
-                _force_of(around, layer, s, X[s], orders, layer.slap, period)
-                _transform(period.path, period, spectrum)
-                _missed(X[s], driven[s], compliance[s], spectrum, orders, force[s], miss)
-                break
-        # Less what the time form makes of the fundamental alone: nothing, but for its table and its least slope.
-        _force_of(around, layer, s, X[s], orders[:0], np.zeros(layer.slap.shape), period)
-        _transform(period.path, period, tau)
+            # The last step is taken too: differences between close balances are meaningful.
+            settled = unsettled[s] < balanced
         for i in range(p):
-            a = around.fundamental[s, i]
-            more[s, i] = 2.0 * (spectrum[i, 1] - tau[i, 1]) / (a if a != 0.0 else 1.0 + 0.0j)
-    return force, more, unsettled
+            first[s, i] = spectrum[i, 1]
+    return force, first, unsettled
 
 
-@COMPILED
-def _room(layer: Layer) -> tuple[_Period, Array, Array]:
-    """Of a period, and for two sets of Fourier coefficients (p, n)."""
-    (waves, samples), p = layer.cosines.shape, len(layer.modulus)
-    onto = np.ascontiguousarray(layer.cosines.T), np.ascontiguousarray(layer.sines.T)
-    period = _Period(np.empty((p, samples)), np.empty((p, samples)), np.empty((p, samples)), onto[0], onto[1])
-    return period, np.empty((p, waves), np.complex128), np.empty((p, waves), np.complex128)
-
-
-@COMPILED
-def _force_of(around: Around, layer: Layer, s: int, X: Array, orders: Array, slap: Array, period: _Period) -> None:
-    """Fill in a step's openings with harmonics X (h, p), the force beyond the secant stiffness, and its tangent."""
-    opening, path, tangent = period.opening, period.path, period.tangent
-    for i in range(len(opening)):
+@INNER
+def _force_of(around: Around, layer: Layer, s: int, X: Array, path: Array, tangent: Array) -> None:
+    """Fill in the force beyond the secant stiffness, (p, t), in a step with harmonics X (h, p), and its tangent."""
+    points, samples = path.shape
+    waves, slap = layer.waves, layer.slap
+    for i in range(points):
+        # The openings first, where the force will be.
         a = around.fundamental[s, i]
-        for t in range(opening.shape[1]):
-            opening[i, t] = a.real * layer.cosines[1, t] - a.imag * layer.sines[1, t]
-        for h in range(len(orders)):
-            x, order = X[h, i], orders[h]
-            for t in range(opening.shape[1]):
-                opening[i, t] += x.real * layer.cosines[order, t] - x.imag * layer.sines[order, t]
-    for i in range(len(opening)):
+        for t in range(samples):
+            path[i, t] = a.real * waves[0, 1, t] - a.imag * waves[1, 1, t]
+        for h in range(len(X)):
+            x, order = X[h, i], layer.orders[h]
+            for t in range(samples):
+                path[i, t] += x.real * waves[0, order, t] - x.imag * waves[1, order, t]
+    for i in range(points):
         weight = around.weight[s, i]
         rest = around.secant[s, i] + layer.modulus[i] * weight
-        for t in range(opening.shape[1]):
-            size = abs(opening[i, t])
-            sign = 1.0 if opening[i, t] >= 0.0 else -1.0
-            whole, slope = force_at(size, layer.table[i])
-            value = sign * whole
-            if slap[i, 0] != 0.0 and opening[i, t] > slap[i, 1]:
+        for t in range(samples):
+            opening = path[i, t]
+            whole, slope = force_at(abs(opening), layer.table[i])
+            value = whole if opening >= 0.0 else -whole
+            if slap[i, 0] != 0.0 and opening > slap[i, 1]:
                 value -= slap[i, 0] * (whole - slap[i, 2])
                 slope *= 1.0 - slap[i, 0]
-            path[i, t] = weight * value - rest * opening[i, t]
+            path[i, t] = weight * value - rest * opening
             tangent[i, t] = weight * slope - rest
 
 
@@ -170,26 +151,25 @@ def force_at(size: float, table: Array) -> tuple[float, float]:
     return whole + (size - inside) * table[2, last], slope
 
 
-@COMPILED
-def _transform(values: Array, period: _Period, out: Array) -> None:
+@INNER
+def _transform(values: Array, onto: Array, out: Array) -> None:
     """Fill in Fourier coefficients (p, n) of samples (p, t)."""
-    cosines, sines = period.cosines, period.sines
-    samples, count = cosines.shape
+    _, samples, count = onto.shape
     real, imaginary = np.empty(count), np.empty(count)
     for i in range(len(values)):
-        real[:] = 0.0
-        imaginary[:] = 0.0
+        for n in range(count):
+            real[n] = imaginary[n] = 0.0
         # Orders inside: a sum along the samples would wait for each addition.
         for t in range(samples):
             value = values[i, t]
             for n in range(count):
-                real[n] += value * cosines[t, n]
-                imaginary[n] -= value * sines[t, n]
+                real[n] += value * onto[0, t, n]
+                imaginary[n] -= value * onto[1, t, n]
         for n in range(count):
-            out[i, n] = complex(real[n] / samples, imaginary[n] / samples)
+            out[i, n] = complex(real[n], imaginary[n])
 
 
-@COMPILED
+@INNER
 def _missed(
     X: Array, driven: Array, compliance: Array, spectrum: Array, orders: Array, force: Array, miss: Array
 ) -> float:
@@ -205,11 +185,11 @@ def _missed(
             for j in range(p):
                 value += compliance[h, i, j] * force[h, j]
             miss[h, i] = value
-            total += value.real**2 + value.imag**2
-    return float(np.sqrt(total))
+            total += value.real * value.real + value.imag * value.imag
+    return sqrt(total)
 
 
-@COMPILED
+@INNER
 def _newton(compliance: Array, tau: Array, orders: Array, miss: Array, J: Array, r: Array) -> None:
     """Fill in r with the changes that undo `miss`."""
     H, p = miss.shape
@@ -225,7 +205,7 @@ def _newton(compliance: Array, tau: Array, orders: Array, miss: Array, J: Array,
     eliminate(J, r)
 
 
-@COMPILED
+@INNER
 def _jacobian(compliance: Array, tau: Array, orders: Array, J: Array) -> None:
     """Fill in what is missed by the harmonics of the motion: Toeplitz and Hankel in the tangent's harmonics."""
     H, p = len(orders), compliance.shape[1]
@@ -255,79 +235,55 @@ def _jacobian(compliance: Array, tau: Array, orders: Array, J: Array) -> None:
 
 
 @COMPILED
-def follow(around: Around, layer: Layer, X: Array, change: Array, out: Array) -> None:
+def spectra(around: Around, layer: Layer, X: Array, force: Array, tangent: Array) -> None:
+    """Fill in Fourier coefficients (s, p, n) of the force beyond the secant stiffness, and of its tangent, for X."""
+    steps, p, _ = force.shape
+    path, slopes = np.empty((p, layer.waves.shape[2])), np.empty((p, layer.waves.shape[2]))
+    for s in range(steps):
+        _force_of(around, layer, s, X[s], path, slopes)
+        _transform(path, layer.onto, force[s])
+        _transform(slopes, layer.onto, tangent[s])
+
+
+@COMPILED
+def follow(compliance: Array, tau: Array, orders: Array, change: Array, out: Array) -> None:
     """Fill in the force's fundamentals once the harmonics in balance have followed what changes.
 
     The implicit function theorem on what :func:`balance` found.
 
     Parameters
     ----------
+    compliance, tau : ndarray, (s, h, p, p) and (s, p, n)
+        What is around the openings; the tangent's harmonics from :func:`spectra`.
     change : ndarray, (s, h, p, u)
-        Of the harmonics X (s, h, p), at forces that are held.
+        Of the harmonics, at forces that are held.
     out : ndarray, (s, p, u)
     """
-    period, tau, _ = _room(layer)
-    for s in range(len(X)):
-        _force_of(around, layer, s, X[s], layer.orders, layer.slap, period)
-        _transform(period.tangent, period, tau)
-        _followed(around.compliance[s], tau, layer.orders, change[s], out[s])
-
-
-@COMPILED
-def growth(around: Around, layer: Layer, X: Array, more: Array, grown: Array) -> None:
-    """Fill in how the stiffness that harmonics add changes with the fundamentals, which the harmonics follow.
-
-    Parameters
-    ----------
-    grown : ndarray, (s, p, p)
-        Filled: change of `more` at each point by the logarithm of the fundamental at each.
-    """
-    fundamental, orders = around.fundamental, layer.orders
-    steps, H, p = X.shape
-    period, tau, alone = _room(layer)
-    change = np.empty((H, p, p), np.complex128)
-    for s in range(steps):
-        _force_of(around, layer, s, X[s], orders[:0], np.zeros(layer.slap.shape), period)
-        _transform(period.tangent, period, alone)
-        _force_of(around, layer, s, X[s], orders, layer.slap, period)
-        _transform(period.tangent, period, tau)
-        for h in range(H):
-            twice = 1.0 if orders[h] == 0 else 2.0
-            for j in range(p):
-                force = twice * _wave(fundamental[s, j], 1, tau[j], orders[h])
-                for i in range(p):
-                    change[h, i, j] = -around.compliance[s, h, i, j] * force
-        _followed(around.compliance[s], tau, orders, change, grown[s])
-        for i in range(p):
-            a = fundamental[s, i]
-            grown[s, i, i] += 2.0 * (_wave(a, 1, tau[i], 1) - _wave(a, 1, alone[i], 1))
-            for j in range(p):
-                grown[s, i, j] /= a if a != 0.0 else 1.0 + 0.0j
-            grown[s, i, i] -= more[s, i]
-
-
-@COMPILED
-def _followed(compliance: Array, tau: Array, orders: Array, change: Array, out: Array) -> None:
-    """What :func:`follow` fills in at one step, with the tangent's harmonics tau (p, n)."""
-    H, p, columns = change.shape
+    steps, H, p, columns = change.shape
     n, still = H * p, p if orders[0] == 0 else 0
     J, right = np.empty((2 * n - still, 2 * n - still)), np.empty((2 * n - still, columns))
-    for h in range(H):
+    for s in range(steps):
+        for h in range(H):
+            for i in range(p):
+                row = h * p + i
+                for j in range(columns):
+                    right[row, j] = change[s, h, i, j].real
+                    if row >= still:
+                        right[n + row - still, j] = change[s, h, i, j].imag
+        _jacobian(compliance[s], tau[s], orders, J)
+        eliminate_columns(J, right)
         for i in range(p):
-            row = h * p + i
             for j in range(columns):
-                right[row, j] = change[h, i, j].real
-                if row >= still:
-                    right[n + row - still, j] = change[h, i, j].imag
-    _jacobian(compliance, tau, orders, J)
-    eliminate_columns(J, right)
-    out[:] = 0.0
-    for h in range(H):
-        for i in range(p):
-            k = h * p + i
-            for j in range(columns):
-                x = complex(right[k, j], right[n + k - still, j] if k >= still else 0.0)
-                out[i, j] += 2.0 * _wave(x, orders[h], tau[i], 1)
+                total = 0j
+                for h in range(H):
+                    k, order = h * p + i, orders[h]
+                    # Twice the Fourier coefficient one of the tangent times a wave Re(x exp(i order theta)).
+                    if k < still:
+                        total += 2.0 * right[k, j] * tau[s, i, 1]
+                        continue
+                    x = complex(right[k, j], right[n + k - still, j])
+                    total += x * tau[s, i, order - 1].conjugate() + x.conjugate() * tau[s, i, 1 + order]
+                out[s, i, j] = total
 
 
 @COMPILED
@@ -353,7 +309,7 @@ def by_softening(
             for t in range(opening.shape[2]):
                 x, share = opening[s, i, t], lost[s, i, t]
                 _taken_off(abs(x), spacing, off, slope, taken)
-                keep = (1.0 - share) * np.sign(x)
+                keep = 0.0 if x == 0.0 else 1.0 - share if x > 0.0 else share - 1.0
                 for n in range(knots):
                     taken[n] = keep * taken[n] + share * at_gap[n]
                 for m in range(len(onto)):
@@ -362,7 +318,7 @@ def by_softening(
     return out
 
 
-@COMPILED
+@INNER
 def _taken_off(size: float, spacing: float, off: Array, slope: Array, taken: Array) -> None:
     """Fill in what is taken off at an opening, by each knot (n,): straight slopes between the table's points."""
     place = min(size / spacing, len(off) - 1.0)
@@ -371,12 +327,3 @@ def _taken_off(size: float, spacing: float, off: Array, slope: Array, taken: Arr
     for n in range(len(taken)):
         here = slope[k, n] + part * (slope[k + 1, n] - slope[k, n])
         taken[n] = off[k, n] + part * spacing * (slope[k, n] + here) / 2
-
-
-@COMPILED
-def _wave(x: complex, order: int, tau: Array, h: int) -> complex:
-    """Fourier coefficient h >= 0 of a tangent times a wave Re(x exp(i order theta))."""
-    if order == 0:
-        return tau[h] * x.real
-    below = tau[h - order] if h >= order else tau[order - h].conjugate()
-    return 0.5 * (x * below + x.conjugate() * tau[h + order])
