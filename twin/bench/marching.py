@@ -12,6 +12,7 @@ between samples; an explicit or held joint force instead would add false damping
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from twin.bench.force_factor import lost_force
 from twin.bench.limits import LIMITS
 from twin.bench.linear import Poles
 from twin.bench.many_places import correct
+from twin.joint.calling import address, call_kernel
 from twin.joint.elimination import eliminate
 from twin.joint.kernel import COMPILED, INNER, evaluate, remember
 from twin.joint.kinds import FORCE_FACTOR, FUNCTIONS, HINGES, POLYNOMIAL, SLIDERS
@@ -35,6 +37,8 @@ ITERATIONS = 100
 """Newton steps, and trials of shorter ones, before a step counts as failed; two or three are usual."""
 SHORTEST = 0.01
 """Of a Newton step over kinks."""
+KINKED = {SLIDERS, HINGES, POLYNOMIAL, FORCE_FACTOR, FUNCTIONS}
+"""Laws that may have kinks, over which a step of Newton's may have to be shortened."""
 MANY = LIMITS.many_from
 """Local coordinates from which on kinked laws are corrected by what changed, :mod:`twin.bench.many_places`."""
 
@@ -110,7 +114,6 @@ def packed(poles: Array) -> Array:
     return found.reshape(*poles.shape[:-1], 2 * found.shape[-1])
 
 
-@COMPILED
 def integrate(step: Step, elements: Elements, w: Array, y: Array, u: Array, voltage: Array, out: Array) -> int:
     """March over the samples of `voltage`; `w`, `y`, `u` and the elements' states are moved on in place.
 
@@ -132,6 +135,17 @@ def integrate(step: Step, elements: Elements, w: Array, y: Array, u: Array, volt
     int
         Newton solves that did not converge.
     """
+    smooth, couple_at = KINKED.isdisjoint(elements.kind.tolist()), couple_address(elements)
+    correct_at = correct_address() if step.locals_ >= MANY and not smooth and couple_at == 0 else 0
+    return int(_integrate(step, elements, w, y, u, voltage, out, smooth, couple_at, correct_at))
+
+
+@COMPILED
+def _integrate(
+    step: Step, elements: Elements, w: Array, y: Array, u: Array, voltage: Array, out: Array, smooth: bool,
+    couple_at: int, correct_at: int,
+) -> int:  # fmt: skip
+    """The same, given whether no law has kinks, and where kernels are that few rigs need, or nothing."""
     step_s, decay, Gamma, C, D, locals_, auxiliaries = step
     kind, coordinate, auxiliary, scale, parameters, state = elements
     m, inputs = w.shape[0], locals_ + 1
@@ -142,12 +156,10 @@ def integrate(step: Step, elements: Elements, w: Array, y: Array, u: Array, volt
     tangent = np.zeros(locals_)
     r = np.zeros(locals_)
     J = np.zeros((locals_, locals_))
-    before, earlier, size = y.copy(), y.copy(), np.abs(y)
-    smooth, coupled = True, False
-    for e in range(kind.shape[0]):
-        coupled = coupled or kind[e] == FORCE_FACTOR
-        smooth = smooth and kind[e] not in (SLIDERS, HINGES, POLYNOMIAL, FORCE_FACTOR, FUNCTIONS)
-    many = locals_ >= MANY and not smooth and not coupled
+    before, earlier, size = np.empty(locals_), np.empty(locals_), np.empty(locals_)
+    for a in range(locals_):
+        before[a], earlier[a], size[a] = y[a], y[a], abs(y[a])
+    coupled, many = couple_at != 0, correct_at != 0
     cross = np.zeros((locals_, locals_))
     kept, S = np.zeros(locals_), np.zeros((locals_, locals_))
     origin, move, length, last = np.zeros(locals_), np.zeros(locals_), 1.0, 0.0
@@ -178,7 +190,7 @@ def integrate(step: Step, elements: Elements, w: Array, y: Array, u: Array, volt
                 u[1 + a] += scale[e] * force
                 tangent[a] += scale[e] * slope
             if coupled:
-                couple(kind, coordinate, parameters, y, u, cross)
+                call_kernel(couple_at, None, (kind, coordinate, parameters, y, u, cross))
             solved = True
             for a in range(locals_):
                 value = y[a] - p[a]
@@ -210,7 +222,7 @@ def integrate(step: Step, elements: Elements, w: Array, y: Array, u: Array, volt
                 r[1] = (a00 * r[1] - a10 * r[0]) / determinant
                 r[0] = first_step
             elif many:
-                correct(D, tangent, kept, S, size, r, iteration)
+                call_kernel(correct_at, None, (D, tangent, kept, S, size, r, iteration))
             else:
                 for a in range(locals_):
                     for b in range(locals_):
@@ -264,7 +276,9 @@ def integrate(step: Step, elements: Elements, w: Array, y: Array, u: Array, volt
 @INNER
 def couple(kind: Array, coordinate: Array, parameters: Array, y: Array, u: Array, cross: Array) -> None:
     """Add the forces of laws of two coordinates to `u`, and put their slopes, (locals, locals), into `cross`."""
-    cross[:] = 0.0
+    for a in range(len(y)):
+        for b in range(len(y)):
+            cross[a, b] = 0.0
     for e in range(kind.shape[0]):
         if kind[e] == FORCE_FACTOR:
             x, z = int(parameters[e, 2]), int(parameters[e, 3])
@@ -272,3 +286,18 @@ def couple(kind: Array, coordinate: Array, parameters: Array, y: Array, u: Array
             u[1 + coordinate[e]] += force
             cross[coordinate[e], x] += by_x
             cross[coordinate[e], z] += by_z
+
+
+def couple_address(elements: Elements) -> int:
+    """Where :func:`couple` is, for elements that need it; nothing for others."""
+    if FORCE_FACTOR not in elements.kind:
+        return 0
+    y, cross = np.empty(0), np.empty((0, 0))
+    return address(couple, elements.kind, elements.coordinate, elements.parameters, y, y, cross)
+
+
+@cache
+def correct_address() -> int:
+    """Where :func:`twin.bench.many_places.correct` is."""
+    v, m = np.empty(0), np.empty((0, 0))
+    return address(correct, m, v, v, m, v, v, 0)

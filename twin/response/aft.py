@@ -7,13 +7,16 @@ slipped; smooth laws have the tangent of the moment; what a law given by functio
 periodic, and differentiated by differences.
 """
 
+from math import sqrt
+from typing import Any
+
 import numpy as np
 
 from twin.arrays import Array
 from twin.bench.force_factor import lost_force
 from twin.joint.calling import call_at
 from twin.joint.kernel import COMPILED, INNER, evaluate, polynomial
-from twin.joint.kinds import FUNCTIONS, LINEAR, POLYNOMIAL, SLIDERS
+from twin.joint.kinds import FORCE_FACTOR, FUNCTIONS, LINEAR, POLYNOMIAL, RUNNING_LOSS, SLIDERS
 
 BESIDE = 1e-6
 """Change of a coefficient over the coordinate's amplitude, for differences."""
@@ -30,7 +33,18 @@ def fourier_basis(harmonics: int, samples: int) -> Array:
     return np.array(rows)
 
 
-@COMPILED
+def alternation(kind: int, p: Array) -> Any:
+    """The kernel for an element with a row of parameters: only those are compiled that a rig's laws need.
+
+    The running loss and a force factor have :func:`running` and :func:`alternate_pair`.
+    """
+    if kind == FUNCTIONS:
+        return _remembering if p[1] != 0.0 else _smooth
+    return {SLIDERS: _sliders, POLYNOMIAL: _polynomial, RUNNING_LOSS: running, FORCE_FACTOR: alternate_pair}.get(
+        kind, _smooth
+    )
+
+
 def alternate(kind: int, p: Array, row: int, c: Array, basis: Array, F: Array, J: Array) -> None:
     """Force coefficients F, (n,), and Jacobian J, (n, n), of one element for coefficients c, (n,).
 
@@ -45,26 +59,20 @@ def alternate(kind: int, p: Array, row: int, c: Array, basis: Array, F: Array, J
     F, J
         Filled.
     """
+    alternation(kind, p[row])(kind, p, row, c, basis, F, J)
+
+
+@COMPILED
+def _smooth(kind: int, p: Array, row: int, c: Array, basis: Array, F: Array, J: Array) -> None:
+    """A law whose force goes by the moment's coordinate."""
     n, samples = basis.shape
     if kind == LINEAR:
-        J[:] = 0.0
         for i in range(n):
+            for j in range(n):
+                J[i, j] = p[row, 0] if i == j else 0.0
             F[i] = p[row, 0] * c[i]
-            J[i, i] = p[row, 0]
         return
-    e, force = _path(c, basis), np.empty(samples)
-    if kind in (SLIDERS, POLYNOMIAL):
-        slopes = np.empty((n, samples))
-        if kind == SLIDERS:
-            _sliders(p, row, e, basis, force, slopes)
-        else:
-            _polynomial(p, row, e, basis, force, slopes)
-        _project(basis, force, slopes, F, J)
-        return
-    if kind == FUNCTIONS and p[row, 1] != 0.0:
-        _remembering(p, row, e, basis, F, J)
-        return
-    state, tangent = np.zeros((row + 1, 1)), np.empty(samples)
+    e, force, tangent, state = _path(c, basis), np.empty(samples), np.empty(samples), np.zeros((row + 1, 1))
     for t in range(samples):
         force[t], tangent[t] = evaluate(kind, p, state, row, e[t])
     _project_smooth(basis, force, tangent, F, J)
@@ -117,15 +125,16 @@ def _project_smooth(basis: Array, force: Array, tangent: Array, F: Array, J: Arr
             J[j, i] = total if j > 0 or i == 0 else 0.5 * total
 
 
-@INNER
-def _sliders(p: Array, row: int, e: Array, basis: Array, force: Array, slopes: Array) -> None:
+@COMPILED
+def _sliders(kind: int, p: Array, row: int, c: Array, basis: Array, F: Array, J: Array) -> None:
     """The second of two periods; a slider's slope is k (phi(t) - phi(t of its last slip)), and none while it slips."""
     n, samples = basis.shape
+    e, force, slopes = _path(c, basis), np.empty(samples), np.empty((n, samples))
     count = int(p[row, 0])
     stiffness, limit, one = np.empty(count), np.empty(count), np.zeros(count)
-    slipped, slipping = np.full(count, -1), np.zeros(count, np.bool_)  # sample of the last slip
+    slipped, slipping = np.empty(count, np.int64), np.zeros(count, np.bool_)  # sample of the last slip
     for s in range(count):
-        stiffness[s], limit[s] = p[row, 1 + 2 * s], p[row, 2 + 2 * s]
+        stiffness[s], limit[s], slipped[s] = p[row, 1 + 2 * s], p[row, 2 + 2 * s], -1
     old = 0.0
     for t in range(samples):
         move = e[t] - old
@@ -155,6 +164,7 @@ def _sliders(p: Array, row: int, e: Array, basis: Array, force: Array, slopes: A
         force[t] = f
         for i in range(n):
             slopes[i, t] = sticking * basis[i, t] - held[i]
+    _project(basis, force, slopes, F, J)
 
 
 @INNER
@@ -166,10 +176,11 @@ def _hold(k: float, since: int, basis: Array, held: Array) -> float:
     return k
 
 
-@INNER
-def _polynomial(p: Array, row: int, e: Array, basis: Array, force: Array, slopes: Array) -> None:
+@COMPILED
+def _polynomial(kind: int, p: Array, row: int, c: Array, basis: Array, F: Array, J: Array) -> None:
     """The second of two periods; the direction of the loss has a derivative of its own, `turn`."""
     n, samples = basis.shape
+    e, force, slopes = _path(c, basis), np.empty(samples), np.empty((n, samples))
     travel = p[row, 0] if p[row, 0] > 0.0 else 1e-300
     state = np.zeros((row + 1, 2))
     old, direction = 0.0, 0.0
@@ -191,13 +202,14 @@ def _polynomial(p: Array, row: int, e: Array, basis: Array, force: Array, slopes
                 turn[i] = 0.0
             start[i] = basis[i, t]
         old = e[t]
+    _project(basis, force, slopes, F, J)
 
 
-@INNER
-def _remembering(p: Array, row: int, e: Array, basis: Array, F: Array, J: Array) -> None:
+@COMPILED
+def _remembering(kind: int, p: Array, row: int, c: Array, basis: Array, F: Array, J: Array) -> None:
     """A law given by functions that has a memory, by differences."""
     n, samples = basis.shape
-    largest = 1e-30
+    e, largest = _path(c, basis), 1e-30
     for t in range(samples):
         largest = max(largest, abs(e[t]))
     step = BESIDE * largest
@@ -253,7 +265,7 @@ def loss_gain(p: Array, row: int, size: float) -> float:
 
 
 @COMPILED
-def running(p: Array, row: int, c: Array, offset: float, omega: float, F: Array, J: Array) -> tuple[Array, Array]:
+def running(p: Array, row: int, c: Array, offset: float, omega: float, F: Array, J: Array, by: Array) -> None:
     """The running loss: f = eta(A)/w v, with A and w from the harmonics of the velocity, and derivatives by all else.
 
     Parameters
@@ -266,27 +278,23 @@ def running(p: Array, row: int, c: Array, offset: float, omega: float, F: Array,
         Constant part of the displacement, which the running means hold too.
     omega : float
         Fundamental, rad/s.
-    F, J
-        Filled: (n,), (n, n).
-
-    Returns
-    -------
-    pair of ndarray, (n,)
-        The force's derivatives by the offset and by the fundamental.
+    F, J, by
+        Filled: (n,), (n, n), and (2, n): the force's derivatives by the offset and by the fundamental.
     """
     n = c.shape[0]
-    F[:] = 0.0
-    J[:] = 0.0
-    by_offset, by_omega = np.zeros(n), np.zeros(n)
+    for i in range(n):
+        F[i] = by[0, i] = by[1, i] = 0.0
+        for j in range(n):
+            J[i, j] = 0.0
     v2, moving = 0.0, 0.0
     for i in range(1, n):
-        k = (i + 1) // 2
+        w = (i + 1) // 2 * omega
         v2 += c[i] * c[i]
-        moving += c[i] * c[i] / (k * omega) ** 2
+        moving += c[i] * c[i] / (w * w)
     if moving <= 0.0:
-        return by_offset, by_omega
+        return
     x2 = moving + 2.0 * offset * offset
-    A, w = np.sqrt(x2), np.sqrt(v2 / x2)
+    A, w = sqrt(x2), sqrt(v2 / x2)
     points = int(p[row, 1])
     position = min(A / p[row, 2] * (points - 1), points - 1.0)
     cell = min(int(position), points - 2)
@@ -297,10 +305,9 @@ def running(p: Array, row: int, c: Array, offset: float, omega: float, F: Array,
     by_x2 = slope / w * 0.5 / A + eta / w * 0.5 / x2
     for i in range(1, n):
         F[i] = eta / w * c[i]
-        by_offset[i] = by_x2 * 4.0 * offset * c[i]
-        by_omega[i] = by_x2 * -2.0 * moving / omega * c[i]
+        by[0, i] = by_x2 * 4.0 * offset * c[i]
+        by[1, i] = by_x2 * -2.0 * moving / omega * c[i]
         J[i, i] += eta / w
         for j in range(1, n):
-            k = (j + 1) // 2
-            J[i, j] += (by_x2 * 2.0 * c[j] / (k * omega) ** 2 - eta / w * c[j] / v2) * c[i]
-    return by_offset, by_omega
+            own = (j + 1) // 2 * omega
+            J[i, j] += (by_x2 * 2.0 * c[j] / (own * own) - eta / w * c[j] / v2) * c[i]

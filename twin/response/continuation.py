@@ -8,6 +8,7 @@ Unknowns are measured coordinate by coordinate, each by its own size: an opening
 volts of a shaker.
 """
 
+from math import isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +16,9 @@ import numpy as np
 from twin.arrays import Array
 from twin.joint.calling import address, call_kernel
 from twin.joint.kernel import COMPILED, INNER
-from twin.response.aft import alternate
-from twin.response.kernel import drive_slope, residual, rounding, transfer
+from twin.joint.kinds import FORCE_FACTOR, RUNNING_LOSS
+from twin.response.aft import alternation
+from twin.response.kernel import drive_slope, forces, residual, rounding, transfer
 from twin.response.limits import LIMITS
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
 from twin.response.solve import solve
@@ -72,10 +74,13 @@ class _Point(NamedTuple):
 def with_kernels(s: System) -> System:
     """The system that also tells where the kernels are that are called below."""
     v, m, a, drive = np.empty(0), np.empty((0, 0)), np.empty((0, 0, 0, 0)), SineDrive(0.0, 0.0)
-    course = Course(0.0, 0.0, 0.0, True, 0.0, 0.0, True)
+    course, single = Course(0.0, 0.0, 0.0, True, 0.0, 0.0, True), (0, m, 0, v, m, v, m)
+    given = {RUNNING_LOSS: (m, 0, v, 0.0, 0.0, v, m, m), FORCE_FACTOR: (m, 0, v, v, m, v, np.empty((0, 0, 0)))}
+    for e, (kind, row) in enumerate(zip(s.elements[0].tolist(), s.parameters, strict=True)):
+        s.elements[3, e] = address(alternation(kind, row), *given.get(kind, single))
     at = Addresses(
         transfer=address(transfer, s, 0.0, a, a),
-        alternate=address(alternate, 0, m, 0, v, m, v, m),
+        forces=address(forces, s, m, 0.0, m, m),
         residual=address(residual, s, v, drive, v, m, v, m),
         rounding=address(rounding, s, v, drive, m, v),
         drive_slope=address(drive_slope, s, 0.0, v),
@@ -101,13 +106,13 @@ def _measure(x: Array, largest: Array, size: Array) -> None:
         total = 0.0
         for i in range(a * n, (a + 1) * n):
             total += x[i] * x[i]
-        size[a * n] = np.sqrt(total)
+        size[a * n] = sqrt(total)
         largest[a] = max(largest[a], size[a * n])
         most = max(most, largest[a])
     for a in range(locals_):
         one = max(size[a * n], FADED * largest[a], 1e-9 * most)
         for i in range(a * n, (a + 1) * n):
-            size[i] = (one if one > 0.0 else 1.0) * np.sqrt(locals_)
+            size[i] = (one if one > 0.0 else 1.0) * sqrt(locals_)
 
 
 @INNER
@@ -116,7 +121,7 @@ def _length(v: Array, size: Array) -> float:
     total = 0.0
     for i in range(v.shape[0]):
         total += (v[i] / size[i]) ** 2
-    return float(np.sqrt(total))
+    return sqrt(total)
 
 
 @INNER
@@ -157,7 +162,7 @@ def newton(
         left = _length(R, size)
         if left <= tolerance:
             return FOUND, iteration, left
-        if not np.isfinite(left):
+        if not isfinite(left):
             return NOT_FINITE, iteration, left
         for i in range(N):
             right[i, 0] = R[i]
@@ -165,7 +170,7 @@ def newton(
         for i in range(N):
             step[i] = right[i, 0]
         length = _length(step, size)
-        if not np.isfinite(length):
+        if not isfinite(length):
             return NOT_FINITE, iteration, left
         allowed = contraction if iteration == 1 else max(contraction, CONTRACTION)
         if iteration > 0 and length > allowed * _length(last, size):
@@ -204,8 +209,8 @@ def _tangent_at(s: System, J: Array, slope: Array, size: Array, span: float, hea
     for i in range(N + 1):
         total += right[i, 0] * right[i, 0]
     for i in range(N + 1):
-        tangent[i] = right[i, 0] / np.sqrt(total)
-    return bool(np.isfinite(total))
+        tangent[i] = right[i, 0] / sqrt(total)
+    return isfinite(total)
 
 
 @INNER
@@ -254,8 +259,8 @@ def _advance(s: System, point: _Point, course: Course, h: float, unit: Array, F:
         for i in range(N + 1):
             length += right[i, 0] * right[i, 0]
             turned += right[i, 1] * right[i, 1]
-        length, turned = np.sqrt(length), np.sqrt(turned)
-        if not (np.isfinite(length) and np.isfinite(turned)):
+        length, turned = sqrt(length), sqrt(turned)
+        if not (isfinite(length) and isfinite(turned)):
             return -1, contraction
         allowed = BEND * h if kink else (CONTRACTION if iteration > 0 else 1.0) * last
         if length > allowed:
@@ -360,6 +365,6 @@ def follow(s: System, start: Array, course: Course, X: Array, P: Array, F: Array
             size[i] = new_size[i]
         z[N], tangent[N] = trial[N], way[N]
         for i in range(N + 1):
-            tangent[i] /= np.sqrt(total)
-        h = min(step, h * min(1.5, max(0.5, np.sqrt(AIM / max(contraction, 1e-6)))))
+            tangent[i] /= sqrt(total)
+        h = min(step, h * min(1.5, max(0.5, sqrt(AIM / max(contraction, 1e-6)))))
     return LONG, count

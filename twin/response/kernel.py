@@ -6,7 +6,6 @@ from twin.arrays import Array
 from twin.joint.calling import call_kernel
 from twin.joint.kernel import COMPILED, INNER
 from twin.joint.kinds import FORCE_FACTOR, RUNNING_LOSS
-from twin.response.aft import alternate, alternate_pair, running
 from twin.response.system import SineDrive, System
 
 ROUNDING = 1e3 * float(np.finfo(float).eps)
@@ -16,28 +15,28 @@ ROUNDING = 1e3 * float(np.finfo(float).eps)
 @INNER
 def transfer(s: System, w: float, G: Array, dG: Array) -> None:
     """Real and imaginary parts of G(j k w) and of its derivative by w, (harmonics + 1, 2, outputs, inputs)."""
-    poles = s.square.shape[0]
+    poles = s.poles.shape[1]
     inverse, by_s = np.empty((2, poles)), np.empty((2, poles))
     for k in range(G.shape[0]):
         y = k * w
         for p in range(poles):
-            a, b = s.square[p] - y * y, -s.twice_real[p] * y
+            a, b = s.poles[1, p] - y * y, -s.poles[0, p] * y
             scale = 1.0 / (a * a + b * b)
             u, v = a * scale, -b * scale
             inverse[0, p], inverse[1, p] = u, v
             # (2 s - 2 Re lambda) / d^2
             real, imaginary = u * u - v * v, 2.0 * u * v
-            by_s[0, p] = -s.twice_real[p] * real - 2.0 * y * imaginary
-            by_s[1, p] = -s.twice_real[p] * imaginary + 2.0 * y * real
+            by_s[0, p] = -s.poles[0, p] * real - 2.0 * y * imaginary
+            by_s[1, p] = -s.poles[0, p] * imaginary + 2.0 * y * real
         for o in range(s.D.shape[0]):
             for i in range(s.D.shape[1]):
                 re, im, d_re, d_im = s.D[o, i], 0.0, 0.0, 0.0
                 for p in range(poles):
-                    t, ry = s.t[o, i, p], s.r[o, i, p] * y
+                    t, ry = s.numerators[1, o, i, p], s.numerators[0, o, i, p] * y
                     re += t * inverse[0, p] - ry * inverse[1, p]
                     im += t * inverse[1, p] + ry * inverse[0, p]
-                    d_re += s.r[o, i, p] * inverse[0, p] - t * by_s[0, p] + ry * by_s[1, p]
-                    d_im += s.r[o, i, p] * inverse[1, p] - t * by_s[1, p] - ry * by_s[0, p]
+                    d_re += s.numerators[0, o, i, p] * inverse[0, p] - t * by_s[0, p] + ry * by_s[1, p]
+                    d_im += s.numerators[0, o, i, p] * inverse[1, p] - t * by_s[1, p] - ry * by_s[0, p]
                 G[k, 0, o, i], G[k, 1, o, i] = re, im
                 dG[k, 0, o, i], dG[k, 1, o, i] = -k * d_im, k * d_re
 
@@ -80,31 +79,32 @@ def forces(s: System, x: Array, w: float, static: Array, F: Array) -> tuple[Arra
         for i in range(n):
             F[a, i] = 0.0
     dF, by_w, met = np.zeros((locals_, locals_, n, n)), np.zeros((locals_, n)), np.zeros((locals_, locals_))
-    f, j, pair = np.zeros(n), np.zeros((n, n)), np.zeros((2, n, n))
-    for e in range(s.kind.shape[0]):
-        a = s.coordinate[e]
-        if s.kind[e] == FORCE_FACTOR:
+    kind, coordinate, auxiliary, kernel = s.elements[0], s.elements[1], s.elements[2], s.elements[3]
+    f, j, pair, by = np.zeros(n), np.zeros((n, n)), np.zeros((2, n, n)), np.zeros((2, n))
+    for e in range(kind.shape[0]):
+        a = coordinate[e]
+        if kind[e] == FORCE_FACTOR:
             b, c = int(s.parameters[e, 2]), int(s.parameters[e, 3])
-            alternate_pair(s.parameters, e, x[b], x[c], s.basis, f, pair)
+            call_kernel(kernel[e], None, (s.parameters, e, x[b], x[c], s.basis, f, pair))
             _add(F, a, 1.0, f)
             _add_block(dF, a, b, 1.0, pair[0])
             _add_block(dF, a, c, 1.0, pair[1])
             met[a, b] = met[a, c] = 1.0
-        elif s.kind[e] != RUNNING_LOSS:
-            call_kernel(s.at.alternate, alternate, (s.kind[e], s.parameters, e, x[a], s.basis, f, j))
+        elif kind[e] != RUNNING_LOSS:
+            call_kernel(kernel[e], None, (kind[e], s.parameters, e, x[a], s.basis, f, j))
             _add(F, a, s.scale[e], f)
             _add_block(dF, a, a, s.scale[e], j)
             met[a, a] = 1.0
     # The running means hold the displacement's static part, which the forces above make.
-    for e in range(s.kind.shape[0]):
-        if s.kind[e] == RUNNING_LOSS:
-            a, row = s.coordinate[e], s.auxiliary[e]
+    for e in range(kind.shape[0]):
+        if kind[e] == RUNNING_LOSS:
+            a, row = coordinate[e], auxiliary[e]
             offset = 0.0
             for b in range(locals_):
                 offset += static[row, 1 + b] * F[b, 0]
-            by_offset, by_omega = running(s.parameters, e, x[a], offset, w, f, j)
+            call_kernel(kernel[e], None, (s.parameters, e, x[a], offset, w, f, j, by))
             _add(F, a, s.scale[e], f)
-            _add(by_w, a, s.scale[e], by_omega)
+            _add(by_w, a, s.scale[e], by[1])
             _add_block(dF, a, a, s.scale[e], j)
             met[a, a] = 1.0
             if offset != 0.0:
@@ -114,7 +114,7 @@ def forces(s: System, x: Array, w: float, static: Array, F: Array) -> tuple[Arra
                             met[a, c] = 1.0
                             for i in range(n):
                                 for q in range(n):
-                                    dF[a, c, i, q] += s.scale[e] * by_offset[i] * static[row, 1 + b] * dF[b, c, 0, q]
+                                    dF[a, c, i, q] += s.scale[e] * by[0, i] * static[row, 1 + b] * dF[b, c, 0, q]
     return dF, by_w, met
 
 
@@ -126,7 +126,7 @@ def residual(s: System, x: Array, drive: SineDrive, R: Array, J: Array, by_w: Ar
     G = np.empty((n // 2 + 1, 2, s.D.shape[0], s.D.shape[1]))
     dG = np.empty_like(G)
     call_kernel(s.at.transfer, transfer, (s, w, G, dG))
-    dF, explicit, met = forces(s, x.reshape(locals_, n), w, G[0, 0], F)
+    dF, explicit, met = call_kernel(s.at.forces, forces, (s, x.reshape(locals_, n), w, G[0, 0], F))
     for i in range(x.shape[0]):
         R[i] = x[i]
         by_w[i] = 0.0
@@ -172,7 +172,8 @@ def drive_slope(s: System, w: float, slope: Array) -> None:
     n = s.basis.shape[0]
     G = np.empty((2, 2, s.D.shape[0], s.D.shape[1]))
     call_kernel(s.at.transfer, transfer, (s, w, G, np.empty_like(G)))
-    slope[:] = 0.0
+    for i in range(slope.shape[0]):
+        slope[i] = 0.0
     for a in range(slope.shape[0] // n):
         slope[a * n + 1], slope[a * n + 2] = -G[1, 1, a, 0], -G[1, 0, a, 0]
 

@@ -28,7 +28,7 @@ class Addresses(NamedTuple):
     """Of kernels, by their names, for :data:`twin.joint.calling.call_kernel`."""
 
     transfer: int = 0
-    alternate: int = 0
+    forces: int = 0
     residual: int = 0
     rounding: int = 0
     drive_slope: int = 0
@@ -40,17 +40,15 @@ class Addresses(NamedTuple):
 class System(NamedTuple):
     """Arrays for the kernels: P poles, O outputs (local coordinates, then auxiliary rows), I inputs (drive, forces)."""
 
-    twice_real: Array
-    square: Array
-    """2 Re(lambda), |lambda|^2, (P,)."""
-    r: Array
-    t: Array
-    """Numerators, (O, I, P)."""
+    poles: Array
+    """2 Re(lambda), |lambda|^2, (2, P)."""
+    numerators: Array
+    """r and t, (2, O, I, P)."""
     D: Array
     """Direct transmission, (O, I)."""
-    kind: Array
-    coordinate: Array
-    auxiliary: Array
+    elements: Array
+    """Kind, coordinate and auxiliary row of each element, as in :class:`twin.bench.marching.Elements`, and where its
+    kernel is, from :func:`twin.response.aft.alternation`, (4, E)."""
     scale: Array
     parameters: Array
     """Elements, as in :class:`twin.bench.marching.Elements`."""
@@ -65,11 +63,11 @@ def system_of(built: Built, poles: Poles, *, harmonics: int, samples: int) -> Sy
     outputs = built.locals + built.auxiliaries
     residue = poles.C[:outputs, None, :] * poles.B.T[None]
     e = built.elements()
+    numerators = np.array([residue.real, -(residue * poles.pole.conj()).real])
     return System(
-        2.0 * poles.pole.real, np.abs(poles.pole) ** 2,
-        np.ascontiguousarray(residue.real), np.ascontiguousarray(-(residue * poles.pole.conj()).real),
-        np.ascontiguousarray(poles.D[:outputs]),
-        e.kind, e.coordinate, e.auxiliary, e.scale, e.parameters, fourier_basis(harmonics, samples),
+        np.array([2.0 * poles.pole.real, np.abs(poles.pole) ** 2]), numerators, np.ascontiguousarray(poles.D[:outputs]),
+        np.array([e.kind, e.coordinate, e.auxiliary, 0 * e.kind]), e.scale, e.parameters,
+        fourier_basis(harmonics, samples),
     )  # fmt: skip
 
 

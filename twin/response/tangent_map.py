@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from twin.arrays import Array
-from twin.bench.marching import Elements, Step, couple
+from twin.bench.marching import Elements, Step, couple_address
+from twin.joint.calling import call_kernel
 from twin.joint.elimination import eliminate_columns
 from twin.joint.kernel import COMPILED, INNER, evaluate, remember
-from twin.joint.kinds import FORCE_FACTOR
 
 
 class _Slopes(NamedTuple):
@@ -33,7 +33,6 @@ class _Slopes(NamedTuple):
     after: Array
 
 
-@COMPILED
 def tangent_map(step: Step, elements: Elements, path: Array, size: Array, beside: Array, moves: Array) -> Array:
     """Derivatives of the states after a period by those before it, (moves, moves).
 
@@ -50,6 +49,15 @@ def tangent_map(step: Step, elements: Elements, path: Array, size: Array, beside
     moves : ndarray of int
         Which states, of the poles' (m,) and the memories after them, are looked at; the others do not move.
     """
+    couple_at = couple_address(elements)
+    return np.asarray(_tangent_map(step, elements, path, size, beside, moves, couple_at)[moves])
+
+
+@COMPILED
+def _tangent_map(
+    step: Step, elements: Elements, path: Array, size: Array, beside: Array, moves: Array, couple_at: int
+) -> Array:
+    """The same of all states, (states, moves)."""
     step_s, decay, Gamma, C, D, locals_, auxiliaries = step
     kind, coordinate, auxiliary, scale, parameters, memory = elements
     m, (laws, depth) = decay.shape[0], memory.shape
@@ -58,29 +66,31 @@ def tangent_map(step: Step, elements: Elements, path: Array, size: Array, beside
     for c in range(columns):
         state[moves[c], c] = 1.0
     free, dy, force = np.zeros((rows, columns)), np.zeros((locals_, columns)), np.zeros((locals_, columns))
-    A, T, u = np.zeros((locals_, locals_)), np.zeros((locals_, locals_)), np.zeros(1 + locals_)
+    A, T = np.zeros((locals_, locals_)), np.zeros((locals_, locals_))
+    outputs, u = np.zeros(rows), np.zeros(1 + locals_)
     slopes = _Slopes(np.zeros((laws, depth)), np.zeros((laws, depth, depth + 2)), np.zeros(depth), np.zeros(depth))
-    moved, coupled = np.zeros((depth, columns)), bool(np.any(kind == FORCE_FACTOR))
+    moved, coupled = np.zeros((depth, columns)), couple_at != 0
     for t in range(path.shape[1]):
-        outputs = path[:, t].copy()
+        for b in range(rows):
+            outputs[b] = path[b, t]
+        for a in range(locals_):
+            _clear(T, a)
         if coupled:
-            couple(kind, coordinate, parameters, outputs, u, T)
-        else:
-            T[:, :] = 0.0
+            call_kernel(couple_at, None, (kind, coordinate, parameters, outputs[:locals_], u, T))
         for e in range(laws):
             a = coordinate[e]
             T[a, a] += scale[e] * _slopes(step_s, elements, e, outputs, size, beside[e], slopes)
         for b in range(rows):
-            free[b, :] = 0.0
+            _clear(free, b)
             for k in range(m):
                 _add(free, b, C[b, k], state, k)
         for a in range(locals_):
-            force[a, :] = 0.0
+            _clear(force, a)
         for e in range(laws):
             for i in range(depth):
                 _add(force, coordinate[e], scale[e] * slopes.force[e, i], state, m + e * depth + i)
         for a in range(locals_):
-            dy[a, :] = 0.0
+            _clear(dy, a)
             _add(dy, a, 1.0, free, a)
             for b in range(locals_):
                 _add(dy, a, D[a, 1 + b], force, b)
@@ -100,14 +110,14 @@ def tangent_map(step: Step, elements: Elements, path: Array, size: Array, beside
                 for a in range(locals_):
                     _add(free, b, D[b, 1 + a], force, a)
             for i in range(depth):
-                moved[i, :] = 0.0
+                _clear(moved, i)
                 _add(moved, i, slopes.memory[e, i, depth], dy, coordinate[e])
                 if b >= 0:
                     _add(moved, i, slopes.memory[e, i, depth + 1], free, b)
                 for j in range(depth):
                     _add(moved, i, slopes.memory[e, i, j], state, first + j)
             for i in range(depth):
-                state[first + i, :] = 0.0
+                _clear(state, first + i)
                 _add(state, first + i, 1.0, moved, i)
         for k in range(half):
             for c in range(columns):
@@ -117,7 +127,14 @@ def tangent_map(step: Step, elements: Elements, path: Array, size: Array, beside
         for a in range(locals_):
             for k in range(m):
                 _add(state, k, Gamma[1 + a, k], force, a)
-    return state[moves]
+    return state
+
+
+@INNER
+def _clear(into: Array, row: int) -> None:
+    """Set a row to zero."""
+    for c in range(into.shape[1]):
+        into[row, c] = 0.0
 
 
 @INNER
@@ -137,34 +154,32 @@ def _slopes(
     depth, a, b = memory.shape[1], coordinate[e], auxiliary[e]
     y, x = outputs[a], outputs[b] if b >= 0 else 0.0
     before, after = slopes.before, slopes.after
-    _copy_row(memory, e, before)
-    force, slope = evaluate(kind[e], parameters, memory, e, y)
-    remember(kind[e], parameters, memory, e, y, x, step_s)
-    _copy_row(memory, e, after)
-    for j in range(depth + 2):
-        change = size[a]
-        if j < depth:
-            change = beside[j]
-        elif j > depth:
-            change = size[b] if b >= 0 else 0.0
+    for i in range(depth):
+        before[i] = memory[e, i]
+    force, slope = 0.0, 0.0
+    for j in range(-1, depth + 2):  # as it is, and beside each memory, the coordinate and what goes with a velocity
+        change = beside[j] if 0 <= j < depth else 0.0
+        change_y = size[a] if j == depth else 0.0
+        change_x = size[b] if j > depth and b >= 0 else 0.0
+        whole = change + change_y + change_x
         for i in range(depth):
-            slopes.memory[e, i, j] = 0.0
-            memory[e, i] = before[i]
-        if change == 0.0:
+            memory[e, i] = before[i] + (change if i == j else 0.0)
+            if j >= 0:
+                slopes.memory[e, i, j] = 0.0
+        if j >= 0 and whole == 0.0:
             continue
         if j < depth:
-            memory[e, j] += change
-            slopes.force[e, j] = (evaluate(kind[e], parameters, memory, e, y)[0] - force) / change
-        beside_y, beside_x = y + change if j == depth else y, x + change if j > depth else x
-        remember(kind[e], parameters, memory, e, beside_y, beside_x, step_s)
+            value, tangent = evaluate(kind[e], parameters, memory, e, y)
+            if j >= 0:
+                slopes.force[e, j] = (value - force) / whole
+            else:
+                force, slope = value, tangent
+        remember(kind[e], parameters, memory, e, y + change_y, x + change_x, step_s)
         for i in range(depth):
-            slopes.memory[e, i, j] = (memory[e, i] - after[i]) / change
+            if j >= 0:
+                slopes.memory[e, i, j] = (memory[e, i] - after[i]) / whole
+            else:
+                after[i] = memory[e, i]
     for i in range(depth):
         memory[e, i] = after[i]
     return slope
-
-
-@INNER
-def _copy_row(memory: Array, e: int, into: Array) -> None:
-    for i in range(memory.shape[1]):
-        into[i] = memory[e, i]

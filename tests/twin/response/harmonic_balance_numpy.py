@@ -25,10 +25,11 @@ def _transfer(s: System, w: float, H: int) -> tuple[Complex, Complex]:
     """G(j k w) and its derivative by w, (H + 1, outputs, inputs)."""
     k = np.arange(H + 1)
     y = 1j * k[:, None] * w
-    inverse = 1.0 / (y**2 - s.twice_real * y + s.square)
-    top = s.r * y[:, None, None] + s.t
+    (twice_real, square), (r, t) = s.poles, s.numerators
+    inverse = 1.0 / (y**2 - twice_real * y + square)
+    top = r * y[:, None, None] + t
     G = np.einsum("koip,kp->koi", top, inverse) + s.D
-    by_s = np.einsum("oip,kp->koi", s.r, inverse) - np.einsum("koip,kp->koi", top, inverse**2 * (2 * y - s.twice_real))
+    by_s = np.einsum("oip,kp->koi", r, inverse) - np.einsum("koip,kp->koi", top, inverse**2 * (2 * y - twice_real))
     return G, 1j * k[:, None, None] * by_s
 
 
@@ -48,23 +49,25 @@ def _forces(s: System, x: Matrix, w: float, static: Matrix) -> tuple[Matrix, Mat
     """Coefficients (locals, n), Jacobian (locals, locals, n, n) and explicit derivative by w (locals, n)."""
     L, n = x.shape
     F, dF, by_w = np.zeros((L, n)), np.zeros((L, L, n, n)), np.zeros((L, n))
-    f, j, pair = np.zeros(n), np.zeros((n, n)), np.zeros((2, n, n))
-    for e, a in enumerate(s.coordinate):
-        if s.kind[e] == FORCE_FACTOR:
+    f, j, pair, by = np.zeros(n), np.zeros((n, n)), np.zeros((2, n, n)), np.zeros((2, n))
+    kind, coordinate, auxiliary, _ = s.elements
+    for e, a in enumerate(coordinate):
+        if kind[e] == FORCE_FACTOR:
             b, c = s.parameters[e, 2:4].astype(int)
             alternate_pair_numpy(s.parameters, e, x[b], x[c], s.basis, f, pair)
             F[a] += f
             dF[a, b] += pair[0]
             dF[a, c] += pair[1]
-        elif s.kind[e] != RUNNING_LOSS:
-            alternate_numpy(int(s.kind[e]), s.parameters, e, x[a], s.basis, f, j)
+        elif kind[e] != RUNNING_LOSS:
+            alternate_numpy(int(kind[e]), s.parameters, e, x[a], s.basis, f, j)
             F[a] += s.scale[e] * f
             dF[a, a] += s.scale[e] * j
-    for e, a in enumerate(s.coordinate):
-        if s.kind[e] != RUNNING_LOSS:
+    for e, a in enumerate(coordinate):
+        if kind[e] != RUNNING_LOSS:
             continue
-        flexibility = static[s.auxiliary[e], 1:]
-        by_offset, by_omega = running.py_func(s.parameters, e, x[a], float(flexibility @ F[:, 0]), w, f, j)
+        flexibility = static[auxiliary[e], 1:]
+        running.py_func(s.parameters, e, x[a], float(flexibility @ F[:, 0]), w, f, j, by)
+        by_offset, by_omega = by
         by_x = np.einsum("b,bcq->cq", flexibility, dF[:, :, 0])
         F[a] += s.scale[e] * f
         by_w[a] += s.scale[e] * by_omega

@@ -53,7 +53,7 @@ def moved(one, nudge):
     other.__dict__.update(one.__dict__)
     s, p = one._system, one._system.parameters
     counts = (p == np.round(p)) & (np.abs(p) < 1e6)
-    changed = {name: nudge(getattr(s, name)) for name in ("twice_real", "square", "r", "t", "scale")}
+    changed = {name: nudge(getattr(s, name)) for name in ("poles", "numerators", "scale")}
     other._system = s._replace(**changed, parameters=np.where(counts, p, nudge(p)))
     return other
 

@@ -32,8 +32,9 @@ def harmonics(law, c, function=alternate):
 
 
 def running_harmonics(c, offset=0.0, omega=7.0):
-    F, J = np.zeros(len(c)), np.zeros((len(c), len(c)))
-    return F, J, *running(RUNNING.parameters[None], 0, c, offset, omega, F, J)
+    F, J, by = np.zeros(len(c)), np.zeros((len(c), len(c))), np.zeros((2, len(c)))
+    running(RUNNING.parameters[None], 0, c, offset, omega, F, J, by)
+    return F, J, *by
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)

@@ -290,7 +290,7 @@ def test_harmonics_of_the_slip_lower_its_loss_as_the_running_loss_of_the_bench_d
     velocity[2], velocity[5] = -omega * 1e-6, -3 * omega * 1e-7  # of 1 um cos, and of -0.1 um sin(3 .)
     force, by_velocity = np.zeros(7), np.zeros((7, 7))
     parameters = np.atleast_2d(bench.parameters)
-    running(parameters, 0, velocity, 0.0, omega, force, by_velocity)
+    running(parameters, 0, velocity, 0.0, omega, force, by_velocity, np.zeros((2, 7)))
     alone = law.loss_at(np.array([1e-6]))[0] * 1e-6
     change = loss_among_harmonics([law], np.zeros(1, int), slip, third, (3,))[0, 0] * 1e-6
     assert change < -0.02 * alone
