@@ -76,7 +76,7 @@ def update_receptance(R: Array, ports: slice | NDArray[np.intp], S: Array) -> Ar
     """
     out = np.empty(R.shape, complex)
     at = np.arange(R.shape[1])[ports]
-    _update(out, np.ascontiguousarray(R, complex), at, np.ascontiguousarray(S, complex), 0)
+    _update(out, np.ascontiguousarray(R, complex), at, np.ascontiguousarray(S, complex))
     return out
 
 
@@ -129,11 +129,8 @@ def _receptance(
 
 
 @numba.njit(**OPTIONS, fastmath=FASTER)
-def _update(out: Array, free: Array, ports: Any, S: Array, first: int) -> None:
-    """Fill in `out` with the receptances `free` after springs at `ports`, a few frequencies at a time.
-
-    `first` is that of :func:`_put_in`, 0: numba would compile that anew for a constant.
-    """
+def _update(out: Array, free: Array, ports: Any, S: Array) -> None:
+    """Fill in `out` with the receptances `free` after springs at `ports`, a few frequencies at a time."""
     count, springs, last = free.shape[1], len(ports), len(free) - 1
     R, spring = np.empty((count * (count + 1) // 2, 2 * LANES)), np.empty((springs, 2 * LANES))
     column, scaled = np.empty((count, 2 * LANES)), np.empty((count, 2 * LANES))
@@ -147,7 +144,7 @@ def _update(out: Array, free: Array, ports: Any, S: Array, first: int) -> None:
                     t = i * (i + 1) // 2 + j
                     R[t, n], R[t, LANES + n] = free[f, i, j].real, free[f, i, j].imag
         for k in range(springs):
-            _put_in(R, spring[k], ports[k], first, column, scaled)
+            _put_in(R, spring[k], ports[k], 0, column, scaled)
         for n in range(min(LANES, last + 1 - begin)):
             for i in range(count):
                 for j in range(i + 1):
