@@ -169,7 +169,7 @@ def balance_openings(
         for share in LIMITS.little_by_little:
             settle(stuck, share)
     # Less what the time form makes of the fundamental alone: nothing, but for its table and its least slope.
-    more = 2.0 * (first - _alone(openings, layer)[0][:, :, 1]) / _where_moving(a)
+    more = 2.0 * (first - _alone(openings, layer, of_tangent=False)[:, :, 1]) / _where_moving(a)
     return OpeningBalance(X, force, more, float(np.max(unsettled, initial=0.0)))
 
 
@@ -181,11 +181,11 @@ def growth_of_more(
     if not laws:
         return np.zeros((*a.shape, a.shape[1]), complex)
     layer, points = _layer(laws, openings, slaps), np.arange(a.shape[1])
-    tau = _spectra(openings, layer, balance.motion)[1]
+    tau = _spectra(openings, layer, balance.motion, of_tangent=True)
     # The force's harmonics by the logarithms of the fundamentals, from orders 1 - h and 1 + h of the tangent.
     waves = np.stack([_of_wave(a, tau, h) * (1.0 if h == 0 else 2.0) for h in openings.orders], axis=1)
     grown = _followed(openings, layer, tau, -openings.compliance * waves[:, :, None, :])
-    alone = _alone(openings, layer)[1]
+    alone = _alone(openings, layer, of_tangent=True)
     grown[:, points, points] += 2.0 * (_of_wave(a, tau, 1) - _of_wave(a, alone, 1))
     grown /= _where_moving(a)[:, :, None]
     grown[:, points, points] -= balance.more
@@ -218,7 +218,7 @@ def stiffness_sensitivity(
     if not laws:
         return [], np.zeros((*a.shape, moved.shape[3]), complex)
     layer = _layer(laws, openings, slaps)
-    tau = _spectra(openings, layer, motion)[1]
+    tau = _spectra(openings, layer, motion, of_tangent=True)
     waves = np.exp(1j * np.outer(_theta(), np.append(orders, 1)))
     # Amounts of these waves, the fundamental's last.  A static part is its mean.
     onto = (np.append(np.where(orders == 0, 1.0, 2.0), 2.0) / SAMPLES * waves.conj()).T
@@ -260,17 +260,18 @@ def _layer(laws: Sequence[LayerLaw], openings: Openings, slaps: Sequence[Opening
     return Layer(*_one_layout(*arrays))
 
 
-def _spectra(openings: Openings, layer: Layer, motion: Array) -> tuple[Array, Array]:
-    """Fourier coefficients (s, p, n) of the force beyond the secant stiffness, and of its tangent."""
-    force, tangent = np.empty((2, *openings.fundamental.shape, layer.waves.shape[1]), complex)
-    spectra(_around(openings), layer, *_one_layout(motion), force, tangent)
-    return force, tangent
+def _spectra(openings: Openings, layer: Layer, motion: Array, *, of_tangent: bool) -> Array:
+    """Fourier coefficients (s, p, n) of the force beyond the secant stiffness, or of its tangent."""
+    out = np.empty((*openings.fundamental.shape, layer.waves.shape[1]), complex)
+    spectra(_around(openings), layer, *_one_layout(motion), of_tangent, out)
+    return out
 
 
-def _alone(openings: Openings, layer: Layer) -> tuple[Array, Array]:
+def _alone(openings: Openings, layer: Layer, *, of_tangent: bool) -> Array:
     """The same of the fundamental alone, which loses no contact."""
     none = np.zeros((len(openings.fundamental), 0, len(layer.modulus)), complex)
-    return _spectra(openings, layer._replace(orders=layer.orders[:0], slap=np.zeros_like(layer.slap)), none)
+    alone = layer._replace(orders=layer.orders[:0], slap=np.zeros_like(layer.slap))
+    return _spectra(openings, alone, none, of_tangent=of_tangent)
 
 
 def _followed(openings: Openings, layer: Layer, tau: Array, change: Array) -> Array:

@@ -235,14 +235,13 @@ def _jacobian(compliance: Array, tau: Array, orders: Array, J: Array) -> None:
 
 
 @COMPILED
-def spectra(around: Around, layer: Layer, X: Array, force: Array, tangent: Array) -> None:
-    """Fill in Fourier coefficients (s, p, n) of the force beyond the secant stiffness, and of its tangent, for X."""
-    steps, p, _ = force.shape
-    path, slopes = np.empty((p, layer.waves.shape[2])), np.empty((p, layer.waves.shape[2]))
+def spectra(around: Around, layer: Layer, X: Array, of_tangent: bool, out: Array) -> None:
+    """Fill in Fourier coefficients (s, p, n) of the force beyond the secant stiffness, or of its tangent, at X."""
+    steps, p, _ = out.shape
+    path, tangent = np.empty((p, layer.waves.shape[2])), np.empty((p, layer.waves.shape[2]))
     for s in range(steps):
-        _force_of(around, layer, s, X[s], path, slopes)
-        _transform(path, layer.onto, force[s])
-        _transform(slopes, layer.onto, tangent[s])
+        _force_of(around, layer, s, X[s], path, tangent)
+        _transform(tangent if of_tangent else path, layer.onto, out[s])
 
 
 @COMPILED
