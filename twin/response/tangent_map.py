@@ -14,10 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from twin.arrays import Array
+from twin.bench.limits import LIMITS
 from twin.bench.marching import Elements, Step, couple_address
 from twin.joint.calling import call_kernel
 from twin.joint.elimination import eliminate_columns
-from twin.joint.kernel import COMPILED, INNER, evaluate, remember
+from twin.joint.kernel import BORROWING, COMPILED, INNER, evaluate, remember
 
 
 class _Slopes(NamedTuple):
@@ -49,24 +50,32 @@ def tangent_map(step: Step, elements: Elements, path: Array, size: Array, beside
     moves : ndarray of int
         Which states, of the poles' (m,) and the memories after them, are looked at; the others do not move.
     """
-    couple_at = couple_address(elements)
-    return np.asarray(_tangent_map(step, elements, path, size, beside, moves, couple_at)[moves])
+    start = np.zeros((len(step.decay) + elements.state.size, len(moves) + -len(moves) % LIMITS.marching_lanes))
+    start[moves, np.arange(len(moves))] = 1.0
+    moving, flexibility = np.ascontiguousarray(step.Gamma[1:].T), np.ascontiguousarray(step.D[:, 1:])
+    _lead(step, elements, path, size, beside, moving, flexibility, couple_address(elements), start)
+    return np.asarray(start[moves, : len(moves)])
 
 
 @COMPILED
-def _tangent_map(
-    step: Step, elements: Elements, path: Array, size: Array, beside: Array, moves: Array, couple_at: int
-) -> Array:
-    """The same of all states, (states, moves)."""
-    step_s, decay, Gamma, C, D, locals_, auxiliaries = step
+def _lead(
+    step: Step, elements: Elements, path: Array, size: Array, beside: Array, Gamma: Array, H: Array, couple_at: int,
+    state: Array,
+) -> None:  # fmt: skip
+    """Lead changes of the `state`, in columns, through the period.
+
+    Of the step's `Gamma` and `D`, the forces' parts are given as :func:`_add_rows` takes them: (m, locals), (rows,
+    locals).
+    """
+    step_s, decay, _, C, _, locals_, auxiliaries = step
     kind, coordinate, auxiliary, scale, parameters, memory = elements
     m, (laws, depth) = decay.shape[0], memory.shape
-    half, columns, rows = m // 2, moves.shape[0], locals_ + auxiliaries
-    state = np.zeros((m + laws * depth, columns))
-    for c in range(columns):
-        state[moves[c], c] = 1.0
+    half, columns, rows = m // 2, state.shape[1], locals_ + auxiliaries
     free, dy, force = np.zeros((rows, columns)), np.zeros((locals_, columns)), np.zeros((locals_, columns))
     A, T = np.zeros((locals_, locals_)), np.zeros((locals_, locals_))
+    last, inverse = np.zeros((locals_, locals_)), np.zeros((locals_, locals_))
+    for a in range(locals_):
+        inverse[a, a] = 1.0
     outputs, u = np.zeros(rows), np.zeros(1 + locals_)
     slopes = _Slopes(np.zeros((laws, depth)), np.zeros((laws, depth, depth + 2)), np.zeros(depth), np.zeros(depth))
     moved, coupled = np.zeros((depth, columns)), couple_at != 0
@@ -82,33 +91,24 @@ def _tangent_map(
             T[a, a] += scale[e] * _slopes(step_s, elements, e, outputs, size, beside[e], slopes)
         for b in range(rows):
             _clear(free, b)
-            for k in range(m):
-                _add(free, b, C[b, k], state, k)
+            _add_rows(free, b, C, state, m)
         for a in range(locals_):
             _clear(force, a)
         for e in range(laws):
             for i in range(depth):
                 _add(force, coordinate[e], scale[e] * slopes.force[e, i], state, m + e * depth + i)
+        _invert(H, T, last, A, inverse)
+        for a in range(locals_):
+            _add_rows(free, a, H, force, locals_)
         for a in range(locals_):
             _clear(dy, a)
-            _add(dy, a, 1.0, free, a)
-            for b in range(locals_):
-                _add(dy, a, D[a, 1 + b], force, b)
-                A[a, b] = 1.0 if a == b else 0.0
-                if coupled:
-                    for c in range(locals_):
-                        A[a, b] -= D[a, 1 + c] * T[c, b]
-                else:
-                    A[a, b] -= D[a, 1 + b] * T[b, b]
-        eliminate_columns(A, dy)
+            _add_rows(dy, a, inverse, free, locals_)
         for a in range(locals_):
-            for b in range(locals_):
-                _add(force, a, T[a, b], dy, b)
+            _add_rows(force, a, T, dy, locals_)
         for e in range(laws):
             first, b = m + e * depth, auxiliary[e]
             if b >= 0:
-                for a in range(locals_):
-                    _add(free, b, D[b, 1 + a], force, a)
+                _add_rows(free, b, H, force, locals_)
             for i in range(depth):
                 _clear(moved, i)
                 _add(moved, i, slopes.memory[e, i, depth], dy, coordinate[e])
@@ -124,25 +124,54 @@ def _tangent_map(
                 old = state[k, c]
                 state[k, c] = decay[k] * old - decay[half + k] * state[half + k, c]
                 state[half + k, c] = decay[k] * state[half + k, c] + decay[half + k] * old
-        for a in range(locals_):
-            for k in range(m):
-                _add(state, k, Gamma[1 + a, k], force, a)
-    return state
+        for k in range(m):
+            _add_rows(state, k, Gamma, force, locals_)
 
 
 @INNER
+def _invert(H: Array, T: Array, last: Array, A: Array, inverse: Array) -> None:
+    """Fill in the inverse of 1 - H T, unless the slopes T are the last ones: many laws' are constant for a while."""
+    n, same = len(T), True
+    for a in range(n):
+        for b in range(n):
+            same = same and T[a, b] == last[a, b]
+            last[a, b] = T[a, b]
+    if same:
+        return
+    for a in range(n):
+        for b in range(n):
+            A[a, b] = inverse[a, b] = 1.0 if a == b else 0.0
+            for c in range(n):
+                A[a, b] -= H[a, c] * T[c, b]
+    eliminate_columns(A, inverse)
+
+
+@BORROWING
 def _clear(into: Array, row: int) -> None:
     """Set a row to zero."""
     for c in range(into.shape[1]):
         into[row, c] = 0.0
 
 
-@INNER
+@BORROWING
 def _add(into: Array, to: int, factor: float, what: Array, row: int) -> None:
     """Add a multiple of one row to another."""
     if factor != 0.0:
         for c in range(into.shape[1]):
             into[to, c] += factor * what[row, c]
+
+
+@BORROWING
+def _add_rows(into: Array, to: int, factors: Array, what: Array, count: int) -> None:
+    """Add a product of one's row of factors and another's first rows, four at a time: fewer ways to memory and back."""
+    whole = count - count % 4
+    for k in range(0, whole, 4):
+        f, g, h, i = factors[to, k], factors[to, k + 1], factors[to, k + 2], factors[to, k + 3]
+        if f != 0.0 or g != 0.0 or h != 0.0 or i != 0.0:
+            for c in range(into.shape[1]):
+                into[to, c] += f * what[k, c] + g * what[k + 1, c] + h * what[k + 2, c] + i * what[k + 3, c]
+    for k in range(whole, count):
+        _add(into, to, factors[to, k], what, k)
 
 
 @INNER
