@@ -62,7 +62,12 @@ class Addresses:
         if self.tcp is not None:
             _parsed(parse_tcp, "--tcp", self.tcp)
         if self.can is not None:
-            _parsed(parse_can, "--can", self.can)
+            where = _parsed(parse_can, "--can", self.can)
+            if where.interface == "slcan":
+                _check_there("--can", where.channel)
+        for option, line in (("--serial", self.serial), ("--meter", self.meter)):
+            if line is not None:
+                _check_there(option, line)
 
 
 class VirtualRig:
@@ -309,9 +314,7 @@ def split_channels(channels: Sequence[Channel], addresses: Addresses) -> tuple[l
 def open_serial(where: str, baud: int | None, multiple: float | None, *, option: str = "--serial") -> Port:
     """A new pseudo-terminal, one with a name of its own, or a serial port that is there."""
     path = Path(where)
-    of_terminal = path.is_symlink() and str(path.readlink()).startswith(TERMINALS)
-    if not (of_terminal or path.exists()) and path.absolute().is_relative_to(DEVICES):
-        raise InputError(option, where, "no such device", "plug it in, or give auto or a name outside of /dev")
+    of_terminal = _is_link_to_terminal(path)
     if where == "auto" or of_terminal or not path.exists():
         terminal = PtyPort(None if where == "auto" else path)
         if baud is None:
@@ -320,3 +323,15 @@ def open_serial(where: str, baud: int | None, multiple: float | None, *, option:
     if not path.is_char_device():
         raise InputError(option, where, "exists and is no serial port", "give a name that is free, or auto")
     return SerialPort(where, baud or DEFAULT_BAUD)
+
+
+def _check_there(option: str, where: str) -> None:
+    """Raises InputError for a device of this machine that is absent."""
+    path = Path(where)
+    if path.is_relative_to(DEVICES) and not (path.exists() or _is_link_to_terminal(path)):
+        raise InputError(option, where, "no such device", "plug it in, or give auto or a name outside of /dev")
+
+
+def _is_link_to_terminal(path: Path) -> bool:
+    """Also to one that has gone."""
+    return path.is_symlink() and str(path.readlink()).startswith(TERMINALS)
