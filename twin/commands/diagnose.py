@@ -160,9 +160,9 @@ def _tell(found: DiagnosedRecordings | DiagnosedTables, data: dict[str, Any], ou
     for cause in found.diagnosis.causes:
         if cause.in_model and cause.advice:
             say(f"{cause.cause}, on the rig: {cause.advice}")
-    limits = [each for each in data.get("excluded", ()) if each["limit_95"] is not None][:3]  # the report has them all
+    limits = [limit for limit in found.diagnosis.excluded if limit.limit_95 is not None][:3]  # the report has them all
     if data["verdict"] == "none" and limits:
-        told = "; ".join(f"{each['cause']}, {each['parameter']} {each['limit_95']:.2g}" for each in limits)
+        told = "; ".join(f"{limit.cause}, {limit.in_words}" for limit in limits)
         say(f"at most this could hide (95 %): {told}")
     if data["gain"]:
         held = data["gain"]["held_out"]

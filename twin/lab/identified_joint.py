@@ -24,7 +24,7 @@ from twin.rigs import Rig, foreign_preload
 from twin.structure.plausibility import unlikely_units
 from twin.views.curves import Fitted, joint_name, law_reach
 from twin.views.page import LEFT_OUT, Page, Picture, Section
-from twin.views.reports.answer import estimate_text, sentences
+from twin.views.reports.answer import sentences
 from twin.views.reports.fit_sections import (
     assumed_of_rig,
     broadband_section,
@@ -78,7 +78,7 @@ class IdentifiedJoint(FitPictures, IdentifiedModel):
         """What was identified, in one sentence."""
         found, evidence, rows = self.found, self.evidence, self._determined
         moduli = " and ".join(
-            f"{symbol}{' of ' + row.joint if row.joint else ''} = {estimate_text(row.estimate)} {row.unit}"
+            f"{symbol}{' of ' + row.joint if row.joint else ''} = {row.estimate} {row.unit}"
             for symbol, name in (("E′", "normal modulus E′"), ("G′", "shear modulus G′"))
             for row in rows
             if row.parameter == name

@@ -18,7 +18,7 @@ from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
 from twin.views.figures import error_bars
 from twin.views.page import Page, Picture, Section
-from twin.views.reports.answer import estimate_text, frequencies_table, sentences
+from twin.views.reports.answer import frequencies_table, sentences
 from twin.views.style import AFTER, BEFORE
 from twin.views.table import Table
 
@@ -60,7 +60,7 @@ class IdentifiedModuli(IdentifiedModel):
         rows = [
             (
                 self._symbol(name), f"{1e-6 * was:.4g}",
-                estimate_text(Estimate(1e-6 * found.moduli[name], 1e-6 * found.moduli_std[name])),
+                str(Estimate(1e-6 * found.moduli[name], 1e-6 * found.moduli_std[name])),
             )
             for name, was in found.nominal.items()
         ]  # fmt: skip

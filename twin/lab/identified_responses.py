@@ -17,7 +17,7 @@ from twin.rigs import Rig
 from twin.views.figures import plots_figure
 from twin.views.page import Page, Picture, Section
 from twin.views.plots import response_plots
-from twin.views.reports.answer import estimate_text, frequencies_table, sentences
+from twin.views.reports.answer import frequencies_table, sentences
 from twin.views.table import Table
 
 
@@ -47,7 +47,7 @@ class IdentifiedResponses(IdentifiedModel):
     def _numbers(self) -> list[Table]:
         """Numbers of the rig file before and after, where it has any that may be updated."""
         rows = [
-            (one.name, one.unit, estimate_text(one.before), estimate_text(one.after), "yes" if one.told else "hardly")
+            (one.name, one.unit, str(one.before), str(one.after), "yes" if one.told else "hardly")
             for one in self.found.values
         ]
         head = ("number", "unit", "assumed", "updated", "told by the data")
@@ -60,7 +60,7 @@ class IdentifiedResponses(IdentifiedModel):
         columns = zip(*((p.mode, p.measured_Hz, p.before_Hz, p.after_Hz) for p in pairs), strict=True)
         macs = {"MAC before": [p.mac_before for p in pairs], "MAC after": [p.mac_after for p in pairs]}
         alike = {name: ["" if mac is None else f"{mac:.3f}" for mac in column] for name, column in macs.items()}
-        rows = [(str(n), estimate_text(Estimate(100 * one.value, 100 * one.std))) for n, one in damping.items()]
+        rows = [(str(n), str(Estimate(100 * one.value, 100 * one.std))) for n, one in damping.items()]
         return [
             frequencies_table(*(list(columns) or [()] * 4), after="updated", more=alike),
             Table(caption="Damping ratios, per cent", head=("mode", "ratio"), rows=rows, numbers=(0, 1)),

@@ -70,7 +70,7 @@ def test_a_model_reads_as_tables(model: IdentifiedJoint) -> None:
     text, html = repr(model), model._repr_html_()
     first = model.found.linear["normal_modulus"]
     assert not isinstance(first, list)
-    assert f"E′ = {1e-6 * first.value:.2f}" in text
+    assert f"E′ = {first.scaled(1e-6)} N/mm²" in text
     lines = text.splitlines()
     rule = next(i for i, line in enumerate(lines) if line.startswith("──"))
     ends = [match.end() for match in re.finditer("─+", lines[rule])]

@@ -22,7 +22,7 @@ def found(diagnosis: Diagnosis) -> DiagnosedRecordings:
 def test_it_reads_as_an_answer_and_tables(found: DiagnosedRecordings) -> None:
     text = repr(found)
     assert text.startswith(found.sentence)
-    assert "mass_kg = 0.0080000 ± 0.0000080" in text
+    assert "mass 8.000 ± 0.008 g at 350.00 ± 0.05 mm" in text
     assert "0.77 %" in text
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from recorded_views import LEVELS_N, FREQUENCIES_Hz, fitted_model, sdof_receptance
 
 from recordings import Run
-from twin.diagnose.answer.result import Diagnosis, Estimate
+from twin.diagnose.answer.result import Diagnosis
 from twin.diagnose.fitted_model import CauseHypothesis, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.baseline_parameters import BaselineParameters
@@ -26,7 +26,7 @@ from twin.views.curves import (
     stepped_sweeps,
 )
 from twin.views.operating import modal_motion
-from twin.views.reports.answer import estimate_text, residual_rows
+from twin.views.reports.answer import residual_rows
 from twin.views.style import ticks
 
 
@@ -159,16 +159,3 @@ def test_ticks_lie_on_the_axis_evenly(low: float, width: float) -> None:
 def test_logarithmic_ticks_are_round() -> None:
     assert ticks(0.05, 300, log=True) == [0.1, 1.0, 10.0, 100.0]
     assert ticks(1, 20, log=True) == [1, 2, 5, 10, 20]
-
-
-@pytest.mark.parametrize(
-    ("value", "std", "text"),
-    [
-        (0.0080087, 7.9e-6, "0.0080087 ± 0.0000079"),
-        (0.35, 0.012, "0.350 ± 0.012"),
-        (3.95e8, 7.4e5, "3.9500e+08 ± 7.4e+05"),
-        (1.5, float("inf"), "1.5"),
-    ],
-)
-def test_values_have_the_digits_their_deviation_supports(value: float, std: float, text: str) -> None:
-    assert estimate_text(Estimate(value, std)) == text

@@ -95,7 +95,7 @@ def test_headings_are_in_order(report: Path) -> None:
 def test_tables_hold_the_diagnosis(report: Path) -> None:
     cells = Page(report.read_text(encoding="utf-8")).texts
     assert {"5.40 %", "0.77 %", "0.50 %", "sensor-position", "0.980", "70.0 %"} <= set(cells["td"])
-    assert "mass_kg = 0.0080000 ± 0.0000080; position_m = 0.350000 ± 0.000050" in cells["td"]
+    assert "mass 8.000 ± 0.008 g at 350.00 ± 0.05 mm" in cells["td"]
     assert COMMAND in cells["code"]
     assert "2 step(s) were still changing and were left out" in cells["li"]
 
@@ -106,9 +106,9 @@ def test_what_the_data_exclude_is_told_with_the_set_that_holds_the_probability(r
     assert "Together these hold 95 % of the probability: added-mass, sensor-position." in page.texts["p"]
     assert {"drive-mass", "viscous-damper", "base-motion"} <= set(page.texts["th"])
     told = " | ".join(page.texts["td"])
-    assert "mass_kg | 2.3e-05 | " in told
-    assert "damping_Ns_per_m | 0.0071 | part = upper; position_m = 0.42" in told
-    assert "receptance_m_per_N | any size" in told
+    assert "mass 23 mg | " in told
+    assert "damping 7.1 mN s/m | part upper at 420 mm" in told
+    assert "any receptance" in told
 
 
 @pytest.fixture

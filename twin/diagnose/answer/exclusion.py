@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from twin.diagnose.answer.parameter_text import size_text
 from twin.diagnose.cause import Parameter, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis
 from twin.diagnose.limits import LIMITS
@@ -32,6 +33,11 @@ class Exclusion:
     parameter: str
     limit_95: float | None
     where: dict[str, Any]
+
+    @property
+    def in_words(self) -> str:
+        """The limit in engineering units."""
+        return size_text(self.parameter, self.limit_95)
 
 
 def exclusion_limits(evidence: MeasuredData, scores: Sequence[Score]) -> tuple[Exclusion, ...]:

@@ -8,6 +8,7 @@ from twin.cause_registry import advice_on
 from twin.diagnose.answer.comparison import SweepComparison
 from twin.diagnose.answer.exclusion import Exclusion
 from twin.diagnose.answer.misfit import Misfit, Verdict
+from twin.diagnose.answer.parameter_text import parameters_text
 from twin.diagnose.answer.shortfall import explains, shortfall, told_with
 from twin.diagnose.missing import MissingForce
 from twin.diagnose.posterior import Weighed
@@ -27,7 +28,6 @@ __all__ = [
     "NextTest",
     "Verdict",
     "answer_dict",
-    "values_text",
 ]
 
 IN_WORDS = {"none": "no cause at all", "unknown": "something that is on no list"}
@@ -178,7 +178,7 @@ class Diagnosis:
             return f"The time limit ended the search before it came to an answer; {self._looked_at()}."
         if self.verdict == "unknown":
             return f"Something is missing from the model, and no cause on the list explains it{self._hint()}."
-        what = "; ".join(f"{c.cause} ({values_text(c.parameters)}): {c.summary}" for c in named)
+        what = "; ".join(f"{c.cause} ({parameters_text(c.parameters)}): {c.summary}" for c in named)
         if self.verdict == "ambiguous":
             own = {" + ".join(c.cause for c in named), *(c.cause for c in named)}
             rivals = ", ".join(IN_WORDS.get(name, name) for name in self.set_95 if name not in own)
@@ -261,15 +261,3 @@ def answer_dict(verdict: Verdict, sentence: str, misfit: Misfit, causes: tuple[N
             for c in causes
         ],
     }
-
-
-def values_text(parameters: Mapping[str, Estimate | str | tuple[int, ...]]) -> str:
-    """Parameters in one line."""
-    return ", ".join(
-        f"{name} {value.value:.4g} ± {value.std:.1g}"
-        if isinstance(value, Estimate)
-        else f"{name} {value}"
-        if isinstance(value, str)
-        else f"{name} {' '.join(map(str, value))}"
-        for name, value in parameters.items()
-    )

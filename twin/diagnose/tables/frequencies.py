@@ -15,7 +15,8 @@ from recordings import FrequencyTable
 from recordings.errors import InputError
 from twin.diagnose.answer.exclusion import exclusion_limits
 from twin.diagnose.answer.extended import effects_of
-from twin.diagnose.answer.result import IN_WORDS, Estimate, Misfit, NamedCause, Verdict, values_text
+from twin.diagnose.answer.parameter_text import parameters_text
+from twin.diagnose.answer.result import IN_WORDS, Estimate, Misfit, NamedCause, Verdict
 from twin.diagnose.cause import Cause
 from twin.diagnose.effects import with_effects
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
@@ -117,7 +118,7 @@ def diagnose_frequencies(
 
 def _answer(verdict: Verdict, causes: Sequence[NamedCause], set_95: Sequence[str]) -> str:
     named = [cause for cause in causes if cause.in_model]
-    what = "; ".join(f"{c.cause} ({values_text(c.parameters)}): {c.summary}" for c in named)
+    what = "; ".join(f"{c.cause} ({parameters_text(c.parameters)}): {c.summary}" for c in named)
     if verdict == "none":
         return "With its moduli identified, the model agrees with the frequencies; nothing needs to be named."
     if verdict == "unknown":

@@ -2,29 +2,13 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
-import numpy as np
-
 from twin.diagnose.answer.comparison import SweepComparison
 from twin.diagnose.answer.exclusion import Exclusion
-from twin.diagnose.answer.result import Estimate, Gain, NamedCause
+from twin.diagnose.answer.parameter_text import parameters_text
+from twin.diagnose.answer.result import Gain, NamedCause
 from twin.diagnose.selection.search import Stage
 from twin.identify.rms import rms
 from twin.views.table import Table
-
-
-def estimate_text(value: Estimate | str | tuple[int, ...]) -> str:
-    """A value with its standard deviation, both to the digits that the deviation supports."""
-    if isinstance(value, str):
-        return value
-    if isinstance(value, tuple):
-        return ", ".join(map(str, value))
-    if not np.isfinite(value.std) or value.std <= 0:
-        return f"{value.value:.4g}"
-    decimals = 1 - int(np.floor(np.log10(value.std)))
-    if -4 <= decimals <= 8 and abs(value.value) < 1e6:
-        return " ± ".join(f"{round(x, decimals):.{max(decimals, 0)}f}" for x in (value.value, value.std))
-    digits = max(2, decimals + int(np.floor(np.log10(max(abs(value.value), value.std)))) + 1)
-    return f"{value.value:#.{min(digits, 8)}g} ± {value.std:#.2g}"
 
 
 def sentences(warnings: Iterable[str]) -> list[str]:
@@ -63,12 +47,12 @@ def residual_rows(sweeps: Sequence[SweepComparison]) -> list[tuple[str, str, flo
 def causes_table(causes: Sequence[NamedCause]) -> Table:
     """What is named, and what could be instead."""
     return Table(
-        caption="Most probable first; parameters in SI units with one standard deviation",
+        caption="Most probable first; parameters with one standard deviation",
         head=("cause", "parameters", "probability", "in the model", "could be confused with"),
         rows=[
             (
                 cause.cause,
-                "; ".join(f"{name} = {estimate_text(value)}" for name, value in cause.parameters.items()),
+                parameters_text(cause.parameters),
                 f"{cause.probability:.3f}",
                 "yes" if cause.in_model else "no",
                 ", ".join(cause.confused_with) or "nothing listed",
@@ -82,21 +66,9 @@ def causes_table(causes: Sequence[NamedCause]) -> Table:
 def excluded_table(excluded: Sequence[Exclusion]) -> Table:
     """The largest size of each cause that the data could hide, the tightest first."""
     return Table(
-        caption="The largest distance from no effect that could hide, with 95 %, in the unit that the name ends with",
-        head=("cause", "parameter", "limit", "hides best at"),
-        rows=[
-            (
-                limit.cause,
-                limit.parameter,
-                "any size" if limit.limit_95 is None else f"{limit.limit_95:.2g}",
-                "; ".join(
-                    f"{name} = {value}" if isinstance(value, str) else f"{name} = {value:.4g}"
-                    for name, value in limit.where.items()
-                ),
-            )
-            for limit in excluded
-        ],
-        numbers=(2,),
+        caption="The largest distance from no effect that could hide, with 95 %",
+        head=("cause", "could hide", "best hidden"),
+        rows=[(limit.cause, limit.in_words, parameters_text(limit.where)) for limit in excluded],
     )
 
 

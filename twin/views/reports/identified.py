@@ -19,7 +19,6 @@ from twin.views.curves import LawBand, joint_name, law_in_lowest_mode, law_reach
 from twin.views.figures import plots_figure
 from twin.views.plot import Axis, Plot, PlotCurve
 from twin.views.plots import law_plot
-from twin.views.reports.answer import estimate_text
 from twin.views.style import AFTER, BEFORE, INK, SUPERSCRIPTS, level_colour
 from twin.views.table import Table
 
@@ -134,7 +133,7 @@ def parameter_table(rows: Sequence[BaseParameter], *, caption: str = "With one s
     return Table(
         caption=caption,
         head=("parameter", "nominal", "identified", "unit"),
-        rows=[(row.name, f"{row.nominal:.4g}", estimate_text(row.estimate), row.unit) for row in rows],
+        rows=[(row.name, f"{row.nominal:.4g}", str(row.estimate), row.unit) for row in rows],
         numbers=(1, 2),
     )
 
@@ -181,7 +180,7 @@ def law_table(softening: LawBand, loss: LawBand) -> Table:
     for band in (softening, loss):
         x = LAW_PARTS * band.reach_m[1]
         value, std = (1e-6 * np.interp(x, band.amplitude_m, curve) for curve in (band.value, band.std))
-        texts = [estimate_text(Estimate(float(v), float(s))) for v, s in zip(value, std, strict=True)]
+        texts = [str(Estimate(float(v), float(s))) for v, s in zip(value, std, strict=True)]
         cells.append([(f"{1e6 * at:.3g}", text) for at, text in zip(x, texts, strict=True)])
     return Table(
         caption=f"The law of {softening.joint or 'the joint'} at each point of its layer, up to the largest opening "
@@ -200,7 +199,7 @@ def polynomial_table(polynomials: Polynomials) -> Table:
             scale = 1e-6 * 1e-3 ** np.arange(len(values))
             powers = ["", " X", *(f" X{order}".translate(SUPERSCRIPTS) for order in range(2, len(values)))]
             terms = [
-                f"({estimate_text(Estimate(value, error))}){power}"
+                f"({Estimate(value, error)}){power}"
                 for value, error, power in zip(values * scale, errors * scale, powers, strict=False)
             ]
             largest = f"{1e3 * fit.largest_amplitude_m:.3g}"

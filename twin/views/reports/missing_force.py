@@ -7,7 +7,6 @@ from twin.diagnose.answer.result import Diagnosis
 from twin.diagnose.missing import MissingForce
 from twin.views.drawing import dressed, legend, panels
 from twin.views.page import Picture, Section, Table
-from twin.views.reports.answer import estimate_text
 from twin.views.rig_figure import SENSOR
 from twin.views.style import AFTER, BEFORE, INK, level_colour
 
@@ -43,9 +42,9 @@ def missing_force_section(diagnosis: Diagnosis) -> Section | None:
     force = diagnosis.missing_force
     if force is None:
         return None
-    place = estimate_text(force.position_m)
+    place = str(force.position_m)
     rows = [
-        (f.term.name, f.term.formula, estimate_text(f.coefficient), f.term.unit.replace("_per_", "/").replace("_", " "))
+        (f.term.name, f.term.formula, str(f.coefficient), f.term.unit.replace("_per_", "/").replace("_", " "))
         for f in force.terms
     ]
     terms = Table(
