@@ -85,9 +85,7 @@ def _where(found: Diagnosis, name: str) -> str:
     regions = regions_of(found)
     if not regions:
         return ""
-    evidence = found.evidence
-    places = [output.place for output in evidence.outputs]
-    _save(where_figure(evidence.model.structure, regions, sensors=places, added=None), f"{name}-where")
+    _save(where_figure(found.evidence, regions, added=None), f"{name}-where")
     return f"\n![Where it is, with 95 %](pictures/gallery/{name}-where.png)\n"
 
 

@@ -117,7 +117,7 @@ def command(
         data = found.save_model(folder)
         write_json(data, folder / RESULT)
         begin("writing the report and the pictures")
-        drawn = _draw(found, folder)
+        drawn = _draw(found, folder, files=(rig_name, *map(str, (*runs, *held_out))))
     if as_json:
         print_json(data)
     else:
@@ -125,12 +125,14 @@ def command(
     return int(not data["explains"])
 
 
-def _draw(found: DiagnosedRecordings | DiagnosedTables, out: Path) -> list[str]:
+def _draw(found: DiagnosedRecordings | DiagnosedTables, out: Path, *, files: Sequence[str]) -> list[str]:
     """Write report and view beside a result that stands without them; names of those that could be drawn."""
     from twin.lab.diagnosed import VIEW, DiagnosedRecordings
 
     drawn = []
-    drawings: dict[str, Callable[[Path], None]] = {REPORT: lambda path: found.report(path, commands=[typed()])}
+    drawings: dict[str, Callable[[Path], None]] = {
+        REPORT: lambda path: found.report(path, commands=[typed()], files=files)
+    }
     if isinstance(found, DiagnosedRecordings):
         drawings[VIEW] = found.save_view
     for name, draw in drawings.items():

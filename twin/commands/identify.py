@@ -66,7 +66,7 @@ def command(
             assert part is not None
             model.save(part)
             if page_part is not None:
-                model.report(page_part, commands=[typed()])
+                model.report(page_part, commands=[typed()], files=(rig_name, *map(str, runs)))
     tell_assumed(model.assumed)
     for warning in model.warnings:
         say(f"warning: {warning}")

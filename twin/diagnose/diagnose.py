@@ -220,6 +220,7 @@ def diagnose_evidence(
         set_95=posterior.set_95,
         hypotheses=posterior.weighed,
         excluded=(*exclusion_limits(search.evidence, search.stages[-1].scores), *unseeable),
+        files=(*evidence.sources, *(run.path for run in held_out.runs)),
     )
 
 

@@ -130,6 +130,7 @@ class IdentifiedJoint(FitPictures, IdentifiedModel):
             facts=f"{fit_facts(self.evidence)}.",
             sections=[section for section in self._sections() if section is not None],
             accent=CAUTION if self.found.chi2_per_dof > LIMITS.poor_fit else AFTER,
+            files=self.evidence.sources,
         )
         return page.beginning(LEFT_OUT, self.assumed)
 

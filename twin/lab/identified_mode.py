@@ -111,6 +111,7 @@ class IdentifiedMode(IdentifiedModel):
                 Section(title="What was assumed", items=assumed),
                 Section(title="What is uncertain", items=uncertain),
             ],
+            files=(self.table,),
         )
 
     @property

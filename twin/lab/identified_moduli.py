@@ -122,6 +122,7 @@ class IdentifiedModuli(IdentifiedModel):
                 Section(title="What was assumed", items=assumed),
                 Section(title="What is uncertain", items=self._uncertain()),
             ],
+            files=(self.table,),
         )
 
     def _uncertain(self) -> list[str]:

@@ -103,6 +103,7 @@ class IdentifiedResponses(IdentifiedModel):
                 Section(title="Measured and modelled", tables=self._modes(), pictures=pictures),
                 Section(title="What is uncertain", items=uncertain),
             ],
+            files=found.sources,
         )
 
     def _values(self) -> dict[str, Any]:

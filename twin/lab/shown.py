@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -40,6 +41,15 @@ class Reported(Shown):
     def page(self) -> Page:
         """The report."""
 
-    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
-        """Write the report as one HTML page; `commands` are what to type to get it again."""
-        self.page().write(Path(path), commands=commands)
+    def report(self, path: str | Path, *, commands: Sequence[str] = (), files: Sequence[str | Path] = ()) -> None:
+        """Write the report as one HTML page.
+
+        Parameters
+        ----------
+        commands
+            What to type to get it again.
+        files
+            What it was made from beside the recordings, as the rig file: told with its SHA-256.
+        """
+        page = self.page()
+        replace(page, files=(*map(str, files), *page.files)).write(Path(path), commands=commands)

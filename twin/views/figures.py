@@ -75,10 +75,19 @@ def plots_figure(
 def sweeps_figure(
     evidence: MeasuredData, sweeps: Sequence[SweepComparison], *, kinds: Sequence[str], residuals: bool = False
 ) -> Figure:
-    """Receptances or residuals of sweeps, as :func:`~twin.views.plots.sweep_plots`: a row for each resonance."""
+    """Receptances and phases, or residuals, of sweeps, as :func:`~twin.views.plots.sweep_plots`.
+
+    A row for each resonance, or two, the phases in the lower one.
+    """
     colours = sweep_colours(sweeps)
-    rows = [sweep_plots(evidence, about, colours, kinds)[residuals] for _, _, about in each_resonance(sweeps)]
-    return plots_figure([plot for row in rows for plot in row], columns=len(rows[0]), height_in=3.0)
+    rows = []
+    for _, _, about in each_resonance(sweeps):
+        receptances, phases, left = sweep_plots(evidence, about, colours, kinds)
+        rows += [left] if residuals else [receptances, phases]
+    heights = [1.0] * len(rows) if residuals else [1.0, 0.6] * (len(rows) // 2)
+    height_in = 3.0 * sum(heights) / len(heights)
+    plots = [plot for row in rows for plot in row]
+    return plots_figure(plots, columns=len(rows[0]), height_in=height_in, height_ratios=heights)
 
 
 def law_figure(evidence: MeasuredData, models: Mapping[str, Fitted]) -> Figure:

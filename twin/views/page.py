@@ -1,9 +1,12 @@
 """A report: an answer, then sections of texts, tables and pictures; one HTML file without a network, or plain text."""
 
 import base64
+import hashlib
 import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from importlib.metadata import version
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -51,6 +54,8 @@ class Page:
     sections: Sequence[Section]
     accent: str = AFTER
     """Colour of the bar beside the answer."""
+    files: Sequence[str] = ()
+    """What it was made from; those that are there are told with their SHA-256."""
 
     def beginning(self, title: str, items: Sequence[str]) -> "Page":
         """The page with a list before all its sections, if there is anything in it."""
@@ -68,19 +73,38 @@ class Page:
         """
         if not path.parent.is_dir():  # before anything is drawn
             raise InputError(path, "", f"cannot be written: there is no folder {path.parent}")
-        again = [Section(title="To get this again", commands=commands)] if commands else []
-        text = template("report.html").render(page=self, sections=[*self.sections, *again], embedded=_embedded)
+        sections = [*self.sections, self._origin(commands)]
+        text = template("report.html").render(page=self, sections=sections, embedded=_embedded)
         with whole_file(path) as part:
             part.write_text(text, encoding="utf-8")
 
     def markdown(self) -> str:
         """The page without its pictures, for a text pane."""
         blocks = [f"# {markdown_text(self.title)}", markdown_text(self.answer), markdown_text(self.facts)]
-        for section in self.sections:
+        for section in [*self.sections, self._origin(())]:
             blocks += [f"## {markdown_text(section.title)}", *map(markdown_text, section.texts)]
             blocks += map(table_markdown, section.tables)
             blocks += ["\n".join(f"- {markdown_text(item)}" for item in section.items)] if section.items else []
         return "\n\n".join(blocks)
+
+    def _origin(self, commands: Sequence[str]) -> Section:
+        """When, by what and from which files it was made."""
+        files = [Path(name) for name in dict.fromkeys(self.files) if Path(name).is_file()]
+        table = Table(
+            caption="The files, with what tells that they are still the same",
+            head=("file", "bytes", "SHA-256"),
+            rows=[(file.name, str(file.stat().st_size), _sha256(file)) for file in files],
+            numbers=(1,),
+        )
+        made = f"Made on {datetime.now(UTC):%Y-%m-%d at %H:%M} UTC by virtual-test-rig {version('virtual-test-rig')}."
+        return Section(
+            title="How this was made", texts=[made], tables=[table] if files else [], commands=commands
+        )  # fmt: skip
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _embedded(picture: Picture) -> dict[str, str | int]:

@@ -13,7 +13,7 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.views.curves import Fitted, LawBand, SteppedSweep, broadband_responses, law_bands
 from twin.views.plot import Axis, Plot, PlotCurve, common_range
-from twin.views.receptance import branch_curves, per_force, per_force_label, response_label
+from twin.views.receptance import branch_curves, per_force, per_force_label, phase_deg, response_label
 from twin.views.style import INK, KIND, MEASURED, NOISE, level_colour
 
 KINDS = {"before": ("dashed", 1.5), "after": ("line", 2.0), "model": ("line", 2.0), "measured": ("point", 3.0)}
@@ -31,8 +31,8 @@ def sweep_colours(sweeps: Sequence[SweepComparison]) -> dict[str, str]:
 
 def sweep_plots(
     evidence: MeasuredData, sweeps: Sequence[SweepComparison], colours: Mapping[str, str], kinds: Sequence[str]
-) -> tuple[list[Plot], list[Plot]]:
-    """Receptance against frequency, and residuals of the fundamental in standard deviations of its noise.
+) -> tuple[list[Plot], list[Plot], list[Plot]]:
+    """Receptance and phase against frequency, and residuals of the fundamental in standard deviations of its noise.
 
     A plot for each channel, all sweeps in it.  `kinds` are ``before`` and ``after``, or ``model`` where both are one.
     """
@@ -40,22 +40,24 @@ def sweep_plots(
     ends = np.array([end([end(sweep.frequency_Hz) for sweep in sweeps]) for end in (np.min, np.max)])
     told = [(sweep.sweep, colours[sweep.sweep], "") for sweep in sweeps]
     told += [(kind, INK, KINDS[kind][0]) for kind in kinds]
-    receptances, residuals = [], []
+    receptances, phases, residuals = [], [], []
     for o, channel in enumerate(sweeps[0].channels):
-        curves, left = [], [PlotCurve("noise, one σ", ends, np.ones(2), INK, size=1.0, legend=True)]
+        curves, turned, left = [], [], [PlotCurve("noise, one σ", ends, np.ones(2), INK, size=1.0, legend=True)]
         for sweep, kind in product(sweeps, (*kinds, "measured")):
             order, model = np.argsort(sweep.frequency_Hz, kind="stable"), ATTRIBUTE.get(kind, kind)
             name, x, style = f"{sweep.sweep}/{kind}", sweep.frequency_Hz[order], (colours[sweep.sweep], *KINDS[kind])
-            size = per_force(getattr(sweep, model)[order, o], quantity[channel], x)
-            curves.append(PlotCurve(name, x, size, *style))
+            response = getattr(sweep, model)[order, o]
+            curves.append(PlotCurve(name, x, per_force(response, quantity[channel], x), *style))
+            turned.append(PlotCurve(name, x, phase_deg(response, quantity[channel]), *style))
             if kind != "measured":
                 residual = np.maximum(getattr(sweep, f"residual_{model}")[order, o], LEAST)
                 left.append(PlotCurve(name, x, residual, *style))
         label, measured = per_force_label(channel, quantity[channel]), ("measured", INK, "point")
         receptances.append(Plot.over(channel, "frequency, Hz", label, curves, told=[*told, measured]))
+        phases.append(Plot.over(f"{channel}: phase", "frequency, Hz", f"phase at {channel}, °", turned, told=told))
         label = f"residual of {channel}, σ of its noise"
         residuals.append(Plot.over(f"{channel}: residuals", "frequency, Hz", label, left, told=told, log="y"))
-    return receptances, residuals
+    return receptances, phases, residuals
 
 
 def stepped_plots(

@@ -18,6 +18,12 @@ def per_force(response: Array, name: str, frequency_Hz: Array) -> Array:
     return np.asarray(measured.factor * np.abs(response) / rate)
 
 
+def phase_deg(response: Array, name: str) -> Array:
+    """Of the motion ahead of the force, from -270 to 90 degrees, so that no resonance wraps it."""
+    ahead = np.degrees(np.angle(response)) - 90.0 * quantity(name).derivative
+    return np.asarray((ahead + 270.0) % 360.0 - 270.0)
+
+
 def per_force_label(channel: str, name: str) -> str:
     """Of an axis: ``receptance at acc1, mm/N``, or ``strain at gauge per force, µm/m/N``."""
     measured = quantity(name)

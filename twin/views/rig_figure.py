@@ -10,8 +10,8 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-u
 
 from twin.arrays import Array
 from twin.identify.measured_data import MeasuredData
-from twin.rigs import Place
-from twin.structure import DrawnPart, drawn_parts, point_of
+from twin.rigs import Place, Rig
+from twin.structure import DrawnPart, Structure, drawn_parts, point_of
 from twin.structure.modelled_rig import ModelledRig
 from twin.views.curves import Fitted, modelled_by, sensor_places
 from twin.views.drawing import WIDTH_IN, Drawing, legend
@@ -32,18 +32,8 @@ def rig_figure(modelled: ModelledRig) -> Figure:
     axes = figure.add_subplot(grid[0, :], **options)
     for number, part in enumerate(parts):
         _draw(axes, part.points, part.edges, level_colour(number), flat=flat, width=2.5, label=part.name)
-    for joint in structure.joints:
-        scatter(axes, joint.points, JOINT, "o", 26, flat=flat, label="joint")
-    for support in structure.layout.supports:
-        held = point_of(structure, Place(support.part, support.at, (0.0, 1.0, 0.0)))
-        scatter(axes, held[None], SUPPORT, "^", 110, flat=flat, label="support")
-    size, rig = extent(parts), modelled.rig
-    looked_at = [(place, DRIVE, "drive") for place in rig.drives.values()]
-    looked_at += [(rig.place_of(sensor.channel), SENSOR, "sensor") for sensor in rig.response_sensors]
-    for place, colour, name in looked_at:
-        start, arrow = point_of(structure, place), unit_arrow(place.direction, 0.08 * size)
-        _draw(axes, np.array([start, start + arrow]), np.array([[0, 1]]), colour, flat=flat, width=2.0)
-        scatter(axes, start[None], colour, "s", 30, flat=flat, label=name)
+    rig = modelled.rig
+    draw_fittings(axes, structure, rig, size=extent(parts), flat=flat)
     axes.set_title(f"{rig.name}: {rig.sentence}", fontsize=10)
     _frame(axes, parts, flat=flat)
     for number in range(min(MODES, modelled.modes.Phi.shape[1])):
@@ -51,6 +41,21 @@ def rig_figure(modelled: ModelledRig) -> Figure:
         draw_mode(below, modelled, number, parts, None, flat=flat)
     legend(figure, columns=8)
     return figure
+
+
+def draw_fittings(axes: Any, structure: Structure, rig: Rig, *, size: float, flat: bool) -> None:
+    """Joints, supports, drives and sensors."""
+    for joint in structure.joints:
+        scatter(axes, joint.points, JOINT, "o", 26, flat=flat, label="joint")
+    for support in structure.layout.supports:
+        held = point_of(structure, Place(support.part, support.at, (0.0, 1.0, 0.0)))
+        scatter(axes, held[None], SUPPORT, "^", 110, flat=flat, label="support")
+    looked_at = [(place, DRIVE, "drive") for place in rig.drives.values()]
+    looked_at += [(rig.place_of(sensor.channel), SENSOR, "sensor") for sensor in rig.response_sensors]
+    for place, colour, name in looked_at:
+        start, arrow = point_of(structure, place), unit_arrow(place.direction, 0.08 * size)
+        _draw(axes, np.array([start, start + arrow]), np.array([[0, 1]]), colour, flat=flat, width=2.0)
+        scatter(axes, start[None], colour, "s", 30, flat=flat, label=name)
 
 
 def modes_figure(evidence: MeasuredData, model: Fitted) -> Figure:

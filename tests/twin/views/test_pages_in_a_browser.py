@@ -25,7 +25,7 @@ pytestmark = pytest.mark.slow
 
 DATA = Path(__file__).parents[2] / "data"
 KINDS = ("diagnosis", "joint", "mode", "moduli", "rehearsal", "sweeps")
-PARTS = ("What was assumed", "What is uncertain", "To get this again")
+PARTS = ("What was assumed", "What is uncertain", "How this was made")
 SPOILT = "spoilt.html"
 DESKTOP, TELEPHONE = (1280, 900), (390, 800)
 PAPER_PX = 673

@@ -157,6 +157,8 @@ class Diagnosis:
     set_95: tuple[str, ...] = ()
     excluded: tuple[Exclusion, ...] = ()
     hypotheses: tuple[Weighed, ...] = ()
+    files: tuple[str, ...] = ()
+    """Of the recordings, those held out among them."""
 
     @property
     def shortfall(self) -> str:

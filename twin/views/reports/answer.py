@@ -5,7 +5,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from twin.diagnose.answer.comparison import SweepComparison
 from twin.diagnose.answer.exclusion import Exclusion
 from twin.diagnose.answer.parameter_text import parameters_text
-from twin.diagnose.answer.result import Gain, NamedCause
+from twin.diagnose.answer.result import IN_WORDS, Gain, NamedCause
+from twin.diagnose.posterior import Weighed
 from twin.diagnose.selection.search import Stage
 from twin.identify.rms import rms
 from twin.views.table import Table
@@ -108,6 +109,25 @@ def scores_table(stage: Stage) -> Table:
         head=("cause", "expected gain of log evidence"),
         rows=[(key, f"{gain:+.4g}") for key, gain in list(best.items())[:8]],
         numbers=(1,),
+    )
+
+
+def rivals_table(hypotheses: Sequence[Weighed], temperature: float) -> Table:
+    """By how much the most probable hypothesis is ahead of each other one; evidences count by the temperature."""
+    best, *others = sorted(hypotheses, key=lambda one: one.log_evidence / temperature + one.log_prior, reverse=True)
+    leader = IN_WORDS.get(best.name, best.name)
+    return Table(
+        caption=f"How far {leader} is ahead of its rivals, in natural logarithms of odds (3 is 20 to 1)",
+        head=("rival", "by the data", "by what is usual beforehand"),
+        rows=[
+            (
+                IN_WORDS.get(one.name, one.name),
+                f"{(best.log_evidence - one.log_evidence) / temperature:+.1f}",
+                f"{best.log_prior - one.log_prior:+.1f}",
+            )
+            for one in others
+        ],
+        numbers=(1, 2),
     )
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from twin.diagnose.answer.result import Diagnosis, Gain, NamedCause
+from twin.diagnose.posterior import temperature
 from twin.diagnose.tables import TableDiagnosis
 from twin.identify.identified import linear_estimates
 from twin.views.curves import compared_models, has_law, shown_models
@@ -16,6 +17,7 @@ from twin.views.reports.answer import (
     excluded_table,
     fitted_table,
     residuals_table,
+    rivals_table,
     scores_table,
 )
 from twin.views.reports.fit_sections import (
@@ -45,6 +47,7 @@ def diagnosis_page(diagnosis: Diagnosis) -> Page:
         facts=f"{fit_facts(diagnosis.evidence)}; {diagnosis.seconds:.0f} s of work.",
         sections=[section for section in _sections(diagnosis) if section is not None],
         accent=ACCENT[diagnosis.verdict],
+        files=diagnosis.files,
     )
 
 
@@ -125,14 +128,14 @@ def _tried(diagnosis: Diagnosis) -> Section | None:
     stages = diagnosis.search.stages
     if not stages:
         return None
-    tables = []
+    tables = [rivals_table(diagnosis.hypotheses, temperature(diagnosis.evidence))] if diagnosis.hypotheses else []
     for number, stage in enumerate(stages, 1):
         of = f" (turn {number} of the search)" if len(stages) > 1 else ""
         tables.append(fitted_table(stage, caption=f"Models fitted to all evidence, the likeliest first{of}"))
         if number == 1:
             tables.append(scores_table(stage))
     return Section(
-        title="What was tried",
+        title="Why this and nothing else",
         texts=[
             "Every listed cause is scored to first order at every place where it could sit, the best few are fitted "
             "together with moduli, damping and the joint's law, and the evidence decides."
@@ -234,6 +237,7 @@ def _assumed(diagnosis: Diagnosis) -> Section:
             *assumed_of_rig(diagnosis.evidence),
             "Anything else than the named causes is as the rig file says. At most a few of the listed causes act at "
             f"once. Anything up to chi² {diagnosis.misfit.threshold:g} per degree of freedom counts as agreement.",
+            "Nothing was drawn at random: the same files give the same answer, unless a time limit ends the search.",
         ],
     )
 

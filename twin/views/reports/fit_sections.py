@@ -32,8 +32,8 @@ def sweeps_picture(
     )
     return Picture(
         draw=lambda: sweeps_figure(evidence, sweeps, kinds=kinds),
-        alt=f"Receptance against frequency for {names}, measured and modelled. {peaks}.",
-        caption=f"{caption}; amplitude of displacement per newton.",
+        alt=f"Receptance and phase against frequency for {names}, measured and modelled. {peaks}.",
+        caption=f"{caption}; amplitude of displacement per newton, and its phase.",
     )
 
 

@@ -76,7 +76,7 @@ def modes_page(found: MeasuredModes) -> Page:
     force = f"{found.force} to {', '.join(found.channels)}"
     return Page(
         title="Modes of a structure", answer=found.sentence, facts=f"{found.run}; {force}.", sections=sections,
-        accent=CAUTION if found.notes else AFTER,
+        accent=CAUTION if found.notes else AFTER, files=(found.run,),
     )  # fmt: skip
 
 

@@ -1,7 +1,5 @@
 """Where the named causes sit: their regions of 95 % on the structure, and the sensor that would tell more."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -12,7 +10,7 @@ from twin.rigs import Place
 from twin.structure import Structure, drawn_parts, point_of
 from twin.views.drawing import WIDTH_IN, Drawing, legend
 from twin.views.page import Picture, Section
-from twin.views.rig_figure import SENSOR, draw_rest, scatter
+from twin.views.rig_figure import draw_fittings, draw_rest, extent, scatter
 from twin.views.style import level_colour
 
 SAMPLES = 25
@@ -28,7 +26,6 @@ def where_section(diagnosis: Diagnosis) -> Section | None:
     if not regions and sensor is None:
         return None
     added = None if sensor is None else Place(sensor.part, sensor.at, sensor.direction)
-    sensors = [output.place for output in evidence.outputs]
     names = " and ".join(regions)
     told = f"Thick: where {names} may sit, with 95 %." if regions else ""
     more = "" if sensor is None else " The star is where one more accelerometer would tell the rivals apart."
@@ -36,8 +33,8 @@ def where_section(diagnosis: Diagnosis) -> Section | None:
         title="Where it is",
         pictures=[
             Picture(
-                draw=lambda: where_figure(evidence.model.structure, regions, sensors=sensors, added=added),
-                alt=f"The parts at rest with the sensors, and the region of 95 % of {names or 'no cause'} marked.",
+                draw=lambda: where_figure(evidence, regions, added=added),
+                alt=f"The rig at rest with drives and sensors, and the region of 95 % of {names or 'no cause'} marked.",
                 caption=(told + more).strip(),
             )
         ],
@@ -85,18 +82,16 @@ def _interval(value: Estimate) -> list[float]:
     return np.linspace(value.value - reach, value.value + reach, SAMPLES).tolist()
 
 
-def where_figure(
-    structure: Structure, regions: dict[str, Array], *, sensors: Sequence[Place], added: Place | None
-) -> Figure:
-    """The parts at rest, thick where a cause may sit."""
+def where_figure(evidence: MeasuredData, regions: dict[str, Array], *, added: Place | None) -> Figure:
+    """The rig at rest, thick where a cause may sit."""
+    structure = evidence.model.structure
     parts = drawn_parts(structure)
     figure = Drawing(figsize=(WIDTH_IN, 3.6), layout="constrained")
     axes, flat = draw_rest(figure, parts)
     for number, (name, points) in enumerate(regions.items()):
         scatter(axes, points, level_colour(number), "o", 60, flat=flat, label=name)
-    at = np.array([point_of(structure, place) for place in sensors])
-    scatter(axes, at, SENSOR, "s", 22, flat=flat, label="sensors")
+    draw_fittings(axes, structure, evidence.rig, size=extent(parts), flat=flat)
     if added is not None:
         scatter(axes, point_of(structure, added)[None], NEXT, "*", 160, flat=flat, label="sensor to add")
-    legend(figure)
+    legend(figure, columns=8)
     return figure

@@ -80,16 +80,18 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
 def _by_resonance(
     recording: rr.RecordingStream, evidence: MeasuredData, sweeps: Sequence[SweepComparison], title: str, group: str
 ) -> list[rrb.Grid]:
-    """A tab for the sweeps about each resonance: receptances, a chart for each channel, and below them residuals."""
+    """A tab for the sweeps about each resonance: receptances, phases and residuals, a chart for each channel."""
     tabs, colours = [], sweep_colours(sweeps)
     for below, where, about in each_resonance(sweeps):
-        both = sweep_plots(evidence, about, colours, ("before", "after"))
+        kinds = sweep_plots(evidence, about, colours, ("before", "after"))
         views = [
             draw_chart(recording, f"/{group}{below}/{what}/{channel}", plot)
-            for what, plots in zip(("receptance", "residual"), both, strict=True)
+            for what, plots in zip(("receptance", "phase", "residual"), kinds, strict=True)
             for channel, plot in zip(about[0].channels, plots, strict=True)
         ]
-        tabs.append(rrb.Grid(*views, grid_columns=len(views) // 2, name=f"{title}, {where}" if where else title))
+        tabs.append(
+            rrb.Grid(*views, grid_columns=len(views) // len(kinds), name=f"{title}, {where}" if where else title)
+        )
     return tabs
 
 
