@@ -94,7 +94,7 @@ def _by_harmonic(gain: Gain) -> Table:
         caption="The same, of each harmonic alone",
         head=("harmonic", "values", "before", "after", "noise floor"),
         rows=[
-            (str(harmonic), str(part.count), *(f"{100 * x:.2g} %" for x in (part.before, part.after, part.noise_floor)))
+            (str(harmonic), str(part.count), *(f"{100 * x:.3g} %" for x in (part.before, part.after, part.noise_floor)))
             for harmonic, part in gain.by_harmonic.items()
         ],
         numbers=(0, 1, 2, 3, 4),
