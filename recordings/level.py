@@ -17,22 +17,15 @@ __all__ = ["Level"]
 
 @dataclass(kw_only=True)
 class Level:
-    """How large the samples are that were taken so far; those that are not finite were lost.
-
-    Attributes
-    ----------
-    samples, count : int
-        How many, with the lost ones and without.
-    largest : float
-        Size of any.
-    largest_at : int
-        Of all samples, which one that is.
-    """
+    """How large the samples are that were taken so far; those that are not finite were lost."""
 
     samples: int = 0
     count: int = 0
+    """How many, with the lost ones and without."""
     largest: float = 0.0
+    """Size of any."""
     largest_at: int = 0
+    """Of all samples, which one that is."""
     _mean: float = 0.0
     _squares: float = 0.0
 

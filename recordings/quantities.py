@@ -40,54 +40,37 @@ NO_CODE = 255
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """What a channel may measure.
-
-    Attributes
-    ----------
-    name
-        In rig files, recordings and device descriptions.
-    unit
-        SI, as recordings say it.
-    code
-        On the CAN bus, 0 to 254; from 128 on for quantities from outside.
-    spellings
-        Other labels of units as :func:`quantity_of_unit` compares them, with the factor to `unit`; in lower case but
-        where milli and mega would be the same then.
-    reads
-        What of a structure's motion it is: the displacement of a place or the strain of a beam's surface; empty for
-        what is no motion.
-    derivative
-        How many times that is derived by time, 0 to 2.
-    drives
-        Whether it is what excites the structure.
-    slow
-        Whether meters read it now and then, as they do temperature and preload.
-    pictured, factor
-        Unit of what it `reads` in pictures, and its factor from SI: millimetres, micrometres per metre.
-    per_force
-        Name of such a response per force; empty where there is none.
-    column
-        Name of a table's column; empty where tables know it not.
-    uff
-        Specific data type of universal files, 0 for unknown.
-    letter
-        Of SEP-0005; empty where it has none.
-    """
+    """What a channel may measure."""
 
     name: str
+    """In rig files, recordings and device descriptions."""
     unit: str
+    """SI, as recordings say it."""
     code: int
+    """On the CAN bus, 0 to 254; from 128 on for quantities from outside."""
     spellings: Mapping[str, float] = field(default_factory=dict)
+    """Other labels of units as :func:`quantity_of_unit` compares them, with the factor to `unit`; in lower case but
+    where milli and mega would be the same then."""
     reads: Literal["", "displacement", "strain"] = ""
+    """What of a structure's motion it is: the displacement of a place or the strain of a beam's surface; empty for
+    what is no motion."""
     derivative: int = 0
+    """How many times that is derived by time, 0 to 2."""
     drives: bool = False
+    """Whether it is what excites the structure."""
     slow: bool = False
+    """Whether meters read it now and then, as they do temperature and preload."""
     pictured: str = ""
     factor: float = 1.0
+    """Unit of what it `reads` in pictures, and its factor from SI: millimetres, micrometres per metre."""
     per_force: str = ""
+    """Name of such a response per force; empty where there is none."""
     column: str = ""
+    """Name of a table's column; empty where tables know it not."""
     uff: int = 0
+    """Specific data type of universal files, 0 for unknown."""
     letter: str = ""
+    """Of SEP-0005; empty where it has none."""
 
 
 QUANTITIES = (

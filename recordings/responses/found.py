@@ -22,21 +22,14 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class End:
-    """Where a response was measured, or where the force acted, as far as the file says.
-
-    Attributes
-    ----------
-    name : str
-        Of the channel; empty if the file has none.
-    node : int
-        Of the lab's geometry; 0 if there is none.
-    direction : str
-        ``+x`` ... ``-z``; empty if the file does not say.
-    """
+    """Where a response was measured, or where the force acted, as far as the file says."""
 
     name: str = ""
+    """Of the channel; empty if the file has none."""
     node: int = 0
+    """Of the lab's geometry; 0 if there is none."""
     direction: str = ""
+    """``+x`` ... ``-z``; empty if the file does not say."""
 
     @property
     def told(self) -> str:
@@ -47,32 +40,22 @@ class End:
 
 @dataclass(frozen=True, kw_only=True)
 class FoundResponse:
-    """One response per force.
-
-    Attributes
-    ----------
-    place : str
-        Where in its file it stands, for messages.
-    response, reference : End
-    quantity : str
-        Of the response: acceleration, velocity, displacement; empty if the file does not say.
-    frequency_Hz : ndarray, (f,)
-        Rising, above zero.
-    H : ndarray of complex, (f,)
-        SI unit of the quantity per newton.
-    coherence : ndarray, (f,), or None
-    averages : int
-        How many stretches were averaged; 0 if the file does not say.
-    """
+    """One response per force."""
 
     place: str
+    """Where in its file it stands, for messages."""
     response: End
     reference: End
     quantity: str
+    """Of the response: acceleration, velocity, displacement; empty if the file does not say."""
     frequency_Hz: NDArray[np.float64]
+    """Rising, above zero, (f,)."""
     H: NDArray[np.complex128]
+    """SI unit of the quantity per newton, complex (f,)."""
     coherence: NDArray[np.float64] | None = None
+    """Array (f,)."""
     averages: int = 0
+    """How many stretches were averaged; 0 if the file does not say."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,18 +70,13 @@ class FoundModes:
 
 @dataclass(frozen=True, kw_only=True)
 class Responses:
-    """A file's frequency responses, its modal table and its geometry.
-
-    Attributes
-    ----------
-    nodes : mapping
-        Coordinates in metres by node number; empty where the file has no geometry.
-    """
+    """A file's frequency responses, its modal table and its geometry."""
 
     path: str
     responses: tuple[FoundResponse, ...]
     modes: tuple[FoundModes, ...] = ()
     nodes: Mapping[int, Vector] = field(default_factory=dict)
+    """Coordinates in metres by node number; empty where the file has no geometry."""
 
 
 def checked(

@@ -35,36 +35,25 @@ Labels = Sequence[Label]
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
-    """A parameter of a cause, in SI units.
-
-    Attributes
-    ----------
-    name : str
-        As the recording contract fixes it.
-    scale : float
-        Standard deviation of its prior: how large such a fault usually is, around `null`.
-    lower, upper : float
-        Bounds.
-    null : float
-        Value at which the cause has no effect; NaN for a parameter that places an effect and has none.
-    starts : tuple of float
-        Where a search begins, the likeliest first.
-    tolerance : float
-        Share of the scale that a sound rig's strength differs from `null` by, as a standard deviation: the finite
-        elements, the modal damping and the sensors' calibration are themselves no better, and a long record shows it.
-    model_error : float
-        Relative error that the cause's own simplification makes of what is found, as blind cases show it: of the
-        distance from `null`, or of the value itself where that places an effect.
-    """
+    """A parameter of a cause, in SI units."""
 
     name: str
+    """As the recording contract fixes it."""
     scale: float
+    """Standard deviation of its prior: how large such a fault usually is, around `null`."""
     lower: float
     upper: float
+    """Bounds."""
     null: float = float("nan")
+    """Value at which the cause has no effect; NaN for a parameter that places an effect and has none."""
     starts: tuple[float, ...] = ()
+    """Where a search begins, the likeliest first."""
     tolerance: float = 1e-3
+    """Share of the scale that a sound rig's strength differs from `null` by, as a standard deviation: the finite
+    elements, the modal damping and the sensors' calibration are themselves no better, and a long record shows it."""
     model_error: float = 0.0
+    """Relative error that the cause's own simplification makes of what is found, as blind cases show it: of the
+    distance from `null`, or of the value itself where that places an effect."""
 
     def spread(self, value: float, std: float) -> float:
         """Standard deviation of what was found, from that of the posterior."""

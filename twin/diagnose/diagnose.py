@@ -46,20 +46,13 @@ __all__ = ["HeldOutData", "diagnose", "diagnose_evidence", "notes_on"]
 
 @dataclass(frozen=True)
 class HeldOutData:
-    """What the gain is measured on.
-
-    Attributes
-    ----------
-    evidence : MeasuredData or None
-    runs : sequence of Run
-        That it was reduced from; empty where steps of what was learnt from were set aside.
-    aside : tuple of str
-        These, in words.
-    """
+    """What the gain is measured on."""
 
     evidence: MeasuredData | None = None
     runs: Sequence[Run] = ()
+    """That it was reduced from; empty where steps of what was learnt from were set aside."""
     aside: tuple[str, ...] = ()
+    """These, in words."""
 
 
 def diagnose(

@@ -49,23 +49,16 @@ class CauseHypothesis:
 
 @dataclass(frozen=True)
 class FittedModel:
-    """A fitted model.
-
-    Attributes
-    ----------
-    hypotheses : tuple of CauseHypothesis
-        The causes in it; empty for the base family.
-    errors : ErrorModel
-        What it was allowed to be wrong by.
-    log_evidence : float
-        Laplace's approximation of the log marginal likelihood, up to a constant that all models share.
-    """
+    """A fitted model."""
 
     hypotheses: tuple[CauseHypothesis, ...]
+    """The causes in it; empty for the base family."""
     baseline: BaselineParameters
     errors: ErrorModel
+    """What it was allowed to be wrong by."""
     solution: Solution
     log_evidence: float
+    """Laplace's approximation of the log marginal likelihood, up to a constant that all models share."""
     dof: int
 
     @property

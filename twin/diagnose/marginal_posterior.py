@@ -42,21 +42,14 @@ def marginal_over_places(problem: FitProblem, tolerances: ResidualColumns | None
 
 @dataclass(frozen=True)
 class _Expansion:
-    """Laplace's approximation of the posterior about one vector of the unknowns.
-
-    Attributes
-    ----------
-    step : ndarray, (n,)
-        To its maximum.
-    covariance, tempered : ndarray, (n, n)
-        As the data have it, and as they count, see :func:`temperature`.
-    log_evidence : float
-    """
+    """Laplace's approximation of the posterior about one vector of the unknowns."""
 
     problem: FitProblem
     step: Array
+    """To its maximum, (n,)."""
     covariance: Array
     tempered: Array
+    """As the data have it, and as they count, see :func:`temperature`, (n, n)."""
     log_evidence: float
 
     @classmethod

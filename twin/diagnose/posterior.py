@@ -41,24 +41,16 @@ SURE = 0.95
 
 @dataclass(frozen=True)
 class Weighed:
-    """A hypothesis with what its probability is made of.
-
-    Attributes
-    ----------
-    name : str
-        Of its causes, or ``none`` or ``unknown``.
-    causes : int
-        How many it has.
-    log_evidence : float
-        Up to a constant that all hypotheses about the same data share.
-    log_prior : float
-        Prior odds of its causes and, for ``unknown``, those of something on no list.
-    """
+    """A hypothesis with what its probability is made of."""
 
     name: str
+    """Of its causes, or ``none`` or ``unknown``."""
     causes: int
+    """How many it has."""
     log_evidence: float
+    """Up to a constant that all hypotheses about the same data share."""
     log_prior: float
+    """Prior odds of its causes and, for ``unknown``, those of something on no list."""
 
 
 def temperature(evidence: MeasuredData) -> float:

@@ -16,22 +16,15 @@ from twin.rigs import Rig
 
 @dataclass(frozen=True)
 class SoundData:
-    """What a fit may use.
-
-    Attributes
-    ----------
-    evidence : MeasuredData
-        The recordings, reduced.
-    findings : tuple of Finding
-        Faults that the samples show by themselves.  Spoilt samples were not used, hum was fitted beside the sines, and
-        a wrong clock was set right.
-    sidebands : Sidebands, optional
-        What no listed cause leaves in the samples.
-    """
+    """What a fit may use."""
 
     evidence: MeasuredData
+    """The recordings, reduced."""
     findings: tuple[Finding, ...]
+    """Faults that the samples show by themselves.  Spoilt samples were not used, hum was fitted beside the sines,
+    and a wrong clock was set right."""
     sidebands: Sidebands | None
+    """What no listed cause leaves in the samples."""
 
 
 def sound_data(runs: Sequence[Run], rig: Rig, *, preload: str | None = None, source: str = "rig") -> SoundData:

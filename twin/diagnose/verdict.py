@@ -19,23 +19,16 @@ __all__ = ["Posterior", "decide", "named_causes", "posterior_of", "rivals_of"]
 
 @dataclass(frozen=True)
 class Posterior:
-    """Hypotheses with their probabilities.
-
-    Attributes
-    ----------
-    models : tuple of FittedModel
-        Most probable first.
-    probability : ndarray, (m,)
-    unknown : float
-        Of something that is on no list.
-    weighed : tuple of Weighed
-        What the probabilities are made of, in no order; empty where the time did not allow for any.
-    """
+    """Hypotheses with their probabilities."""
 
     models: tuple[FittedModel, ...]
+    """Most probable first."""
     probability: np.ndarray
+    """Array (m,)."""
     unknown: float
+    """Of something that is on no list."""
     weighed: tuple[Weighed, ...] = ()
+    """What the probabilities are made of, in no order; empty where the time did not allow for any."""
 
     @property
     def set_95(self) -> tuple[str, ...]:

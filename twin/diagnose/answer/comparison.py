@@ -15,31 +15,23 @@ from twin.identify.residuals.whitening import HarmonicResiduals
 
 @dataclass(frozen=True, kw_only=True)
 class SweepComparison:
-    """One sweep: measured, as the base family has it (before), and as the extended model has it (after).
-
-    Attributes
-    ----------
-    sweep : str
-        Its name, with the run's where two runs have the same.
-    frequency_Hz : ndarray, (s,)
-    force_N : ndarray, (s,)
-        Amplitude of the measured force.
-    measured, before, after : ndarray, (s, o)
-        Complex fundamental per force, in unit/N.
-    residual_before, residual_after : ndarray, (s, o)
-        Magnitude of the fundamental's error in units of its noise.
-    """
+    """One sweep: measured, as the base family has it (before), and as the extended model has it (after)."""
 
     run: str
     sweep: str
+    """Its name, with the run's where two runs have the same."""
     channels: tuple[str, ...]
     frequency_Hz: Array
+    """Array (s,)."""
     force_N: Array
+    """Amplitude of the measured force, (s,)."""
     measured: Array
     before: Array
     after: Array
+    """Complex fundamental per force, in unit/N, (s, o)."""
     residual_before: Array
     residual_after: Array
+    """Magnitude of the fundamental's error in units of its noise, (s, o)."""
 
 
 def predicted_steps(evidence: MeasuredData, model: FittedModel) -> Array:

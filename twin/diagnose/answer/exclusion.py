@@ -17,22 +17,15 @@ from twin.identify.measured_data import MeasuredData
 
 @dataclass(frozen=True)
 class Exclusion:
-    """The limit of one cause.
-
-    Attributes
-    ----------
-    cause, parameter : str
-        The parameter is the one that says how strong the effect is, and the limit its distance from no effect.
-    limit_95 : float or None
-        None where the data cannot limit it.
-    where : dict
-        Label and place where it hides best.
-    """
+    """The limit of one cause."""
 
     cause: str
     parameter: str
+    """The parameter is the one that says how strong the effect is, and the limit its distance from no effect."""
     limit_95: float | None
+    """None where the data cannot limit it."""
     where: dict[str, Any]
+    """Label and place where it hides best."""
 
     @property
     def in_words(self) -> str:

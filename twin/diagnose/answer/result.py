@@ -35,24 +35,17 @@ IN_WORDS = {"none": "no cause at all", "unknown": "something that is on no list"
 
 @dataclass(frozen=True, kw_only=True)
 class NamedCause:
-    """A cause with its probability, its parameters, and what it could be confused with.
-
-    Attributes
-    ----------
-    summary : str
-        One sentence for an engineer.
-    parameters : dict
-        Estimates, names such as the channel, and the nodes of a region.
-    in_model : bool
-        Whether the extended model holds it.
-    """
+    """A cause with its probability, its parameters, and what it could be confused with."""
 
     cause: str
     summary: str
+    """One sentence for an engineer."""
     probability: float
     confused_with: tuple[str, ...]
     parameters: Mapping[str, Estimate | str | tuple[int, ...]]
+    """Estimates, names such as the channel, and the nodes of a region."""
     in_model: bool
+    """Whether the extended model holds it."""
 
     @property
     def advice(self) -> str:
@@ -77,64 +70,46 @@ class Gain:
 
     The response is the fundamental and, where it stands out of its noise, the second harmonic: each error is relative
     to its own harmonic, and all count alike.
-
-    Attributes
-    ----------
-    by_harmonic
-        The same of each harmonic alone.
-    expected : float
-        What the model of a sound rig leaves: noise, and the model error that such rigs have.
     """
 
     before: float
     after: float
     noise_floor: float
     by_harmonic: dict[int, HeldOutError] = field(kw_only=True)
+    """The same of each harmonic alone."""
     expected: float = field(kw_only=True)
+    """What the model of a sound rig leaves: noise, and the model error that such rigs have."""
     runs: tuple[str, ...] = field(kw_only=True)
     sweeps: tuple[str, ...] = field(kw_only=True)
 
 
 @dataclass(frozen=True, kw_only=True)
 class NextSensor:
-    """Where one more accelerometer would help, and why.
-
-    Attributes
-    ----------
-    part, at, direction
-        Its place: metres along a beam or a node of a part given by matrices, and a unit vector.
-    separation, needed : float
-        As of :class:`NextTest`.
-    """
+    """Where one more accelerometer would help, and why."""
 
     why: str
     part: str
     at: float
     direction: tuple[float, float, float]
+    """Its place: metres along a beam or a node of a part given by matrices, and a unit vector."""
     separation: float
     needed: float
+    """As of :class:`NextTest`."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class NextTest:
-    """What to measure next, and why.
-
-    Attributes
-    ----------
-    separation, needed : float
-        Gain of log evidence that it is expected to bring to the true one of the rivals, and what would be enough.
-    rig_time_s : float
-        As rehearsed.
-    sensor : NextSensor, optional
-        What another accelerometer would bring instead, where noise was recorded.
-    """
+    """What to measure next, and why."""
 
     why: str
     procedure: str
     separation: float
     needed: float
+    """Gain of log evidence that it is expected to bring to the true one of the rivals, and what would be enough."""
     rig_time_s: float
+    """As rehearsed."""
     sensor: NextSensor | None = None
+    """What another accelerometer would bring instead, where noise was recorded."""
 
 
 @dataclass(frozen=True, kw_only=True)

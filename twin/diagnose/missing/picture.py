@@ -29,49 +29,34 @@ class FittedTerm:
 
 @dataclass(frozen=True, kw_only=True)
 class ForceAtLevel:
-    """The force at the largest motion of one sweep.
-
-    Attributes
-    ----------
-    force_N
-        Largest within a period.
-    phase_deg
-        Of its fundamental, ahead of the displacement: 0 is a spring, 90 a damper, 180 a mass.  None where it has next
-        to none, as a force that is the same to either side.
-    """
+    """The force at the largest motion of one sweep."""
 
     sweep: str
     frequency_Hz: float
     displacement_m: float
     force_N: float
+    """Largest within a period."""
     phase_deg: float | None
+    """Of its fundamental, ahead of the displacement: 0 is a spring, 90 a damper, 180 a mass.  None where it has next
+    to none, as a force that is the same to either side."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class MissingForce:
-    """The picture that the data support of a force nobody has named.
-
-    Attributes
-    ----------
-    places_m : ndarray, (p,)
-        Along the structure.
-    left : ndarray, (p,)
-        Chi2 per degree of freedom with the force of these terms at each of them, all else refitted.
-    position_m : Estimate
-        Where it fits best.
-    terms : tuple of FittedTerm
-        The simplest law that fits.
-    before, after : float
-        Chi2 per degree of freedom without and with the force.
-    """
+    """The picture that the data support of a force nobody has named."""
 
     places_m: Array
+    """Along the structure, (p,)."""
     left: Array
+    """Chi2 per degree of freedom with the force of these terms at each of them, all else refitted, (p,)."""
     position_m: Estimate
+    """Where it fits best."""
     terms: tuple[FittedTerm, ...]
+    """The simplest law that fits."""
     levels: tuple[ForceAtLevel, ...]
     before: float
     after: float
+    """Chi2 per degree of freedom without and with the force."""
 
     @property
     def formula(self) -> str:

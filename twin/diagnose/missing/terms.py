@@ -10,30 +10,20 @@ from twin.arrays import Array
 
 @dataclass(frozen=True, kw_only=True)
 class Term:
-    """A restoring force of one coefficient, by displacement u, velocity v and acceleration a of its place.
-
-    Attributes
-    ----------
-    name : str
-        In an engineer's words.
-    formula : str
-        With c for the coefficient.
-    unit : str
-        Of the coefficient, as a suffix of its name.
-    force : callable
-        Of u, v, a at coefficient one.
-    power : int
-        Of the motion that the force grows with.
-    derivative : int
-        Of the displacement that it depends on: 0, 1 or 2.
-    """
+    """A restoring force of one coefficient, by displacement u, velocity v and acceleration a of its place."""
 
     name: str
+    """In an engineer's words."""
     formula: str
+    """With c for the coefficient."""
     unit: str
+    """Of the coefficient, as a suffix of its name."""
     force: Callable[[Array, Array, Array], Array]
+    """Of u, v, a at coefficient one."""
     power: int
+    """Of the motion that the force grows with."""
     derivative: int
+    """Of the displacement that it depends on: 0, 1 or 2."""
 
     def size(self, amplitude_m: float, omega: float) -> float:
         """Force at coefficient one, roughly, when the place moves with this amplitude."""

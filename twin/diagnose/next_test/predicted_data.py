@@ -20,17 +20,12 @@ from twin.procedures import Random, SteppedSine
 
 @dataclass(frozen=True)
 class PredictedData:
-    """Measured data that a procedure would bring if a model were true.
-
-    Attributes
-    ----------
-    left : ndarray, (r,)
-        Whitened residual of the true model: what no model explains of the joint's own harmonics.
-    """
+    """Measured data that a procedure would bring if a model were true."""
 
     evidence: MeasuredData
     harmonics: HarmonicResiduals | None
     left: Array
+    """Array (r,). Whitened residual of the true model: what no model explains of the joint's own harmonics."""
 
 
 def predict_test_data(evidence: MeasuredData, truth: FittedModel, proposal: Proposal) -> PredictedData:

@@ -22,17 +22,12 @@ LONGEST_WAIT_s = 60.0
 
 @dataclass(frozen=True, kw_only=True)
 class Proposal:
-    """A procedure with what it costs.
-
-    Attributes
-    ----------
-    longer : float
-        Measuring time over that of the recordings it resembles.
-    """
+    """A procedure with what it costs."""
 
     what: str
     procedure: Procedure
     longer: float
+    """Measuring time over that of the recordings it resembles."""
     rig_time_s: float
 
 

@@ -19,16 +19,11 @@ from twin.identify.cholesky import Cholesky
 
 @dataclass(frozen=True, kw_only=True)
 class Promise:
-    """What a test is expected to bring.
-
-    Attributes
-    ----------
-    separation, needed : float
-        Gain of log evidence for whichever model is true, and what would be enough.
-    """
+    """What a test is expected to bring."""
 
     separation: float
     needed: float
+    """Gain of log evidence for whichever model is true, and what would be enough."""
 
     @property
     def share(self) -> float:

@@ -17,17 +17,12 @@ from twin.identify.spectra.resonances import by_resonance, same_resonance
 
 @dataclass(frozen=True)
 class Band:
-    """Frequencies of a sweep, and the forces that may be used there.
-
-    Attributes
-    ----------
-    mode : int
-        Number of another mode, from 1; 0 where the recordings went already.
-    """
+    """Frequencies of a sweep, and the forces that may be used there."""
 
     frequencies_Hz: tuple[float, ...]
     amplitudes_N: tuple[float, ...]
     mode: int = 0
+    """Number of another mode, from 1; 0 where the recordings went already."""
 
 
 def sweep_bands(evidence: MeasuredData, model: FittedModel, *, highest_Hz: float) -> Iterator[Band]:

@@ -26,33 +26,23 @@ __all__ = ["THOROUGH", "USUAL", "WHATEVER", "Begun", "Effort", "Race", "likelies
 
 @dataclass(frozen=True, kw_only=True)
 class Effort:
-    """How much a search tries.
-
-    Attributes
-    ----------
-    rivals : int
-        Most causes that are fitted in one turn.
-    labels : int
-        Most labels of each of them.
-    beginnings : int
-        Most places or thresholds from which each of them is begun: its likelihood may have several maxima.
-    behind : float
-        Cost over the best rival's, at one model error, from which on a fit ends early.  In seven learning cases
-        (masses, slaps, sliders, stiffness, with the demonstration's seeds from 101 on) the truth's was at most 1.02;
-        twice as much would do there, but not where a fit begins far from its maximum.
-    worth_a_fit : float
-        Least expected gain of log evidence over the best one's: fits gain up to four times what the first order
-        promises.
-    of_needed : float
-        The same over what a cause must gain; below zero every cause is fitted.
-    """
+    """How much a search tries."""
 
     rivals: int
+    """Most causes that are fitted in one turn."""
     labels: int
+    """Most labels of each of them."""
     beginnings: int
+    """Most places or thresholds from which each of them is begun: its likelihood may have several maxima."""
     behind: float
+    """Cost over the best rival's, at one model error, from which on a fit ends early.  In seven learning cases
+    (masses, slaps, sliders, stiffness, with the demonstration's seeds from 101 on) the truth's was at most 1.02;
+    twice as much would do there, but not where a fit begins far from its maximum."""
     worth_a_fit: float
+    """Least expected gain of log evidence over the best one's: fits gain up to four times what the first order
+    promises."""
     of_needed: float = 1.0
+    """The same over what a cause must gain; below zero every cause is fitted."""
 
 
 USUAL = Effort(rivals=6, labels=3, beginnings=2, behind=4.0, worth_a_fit=0.2)
@@ -72,23 +62,16 @@ class Begun:
 
 @dataclass(frozen=True)
 class Race:
-    """Rival models of the same data.
-
-    Attributes
-    ----------
-    tolerances : ResidualColumns
-        What sound rigs have of every cause.
-    effort : Effort
-        How much is tried.
-    on_the_way : dict of list of FittedModel
-        All fits so far at each model error but the last, by the error of the steps' stiffness.
-    """
+    """Rival models of the same data."""
 
     evidence: MeasuredData
     harmonics: HarmonicResiduals | None
     tolerances: ResidualColumns
+    """What sound rigs have of every cause."""
     effort: Effort = USUAL
+    """How much is tried."""
     on_the_way: dict[float, list[FittedModel]] = field(default_factory=dict)
+    """All fits so far at each model error but the last, by the error of the steps' stiffness."""
 
     def run(self, begun: Sequence[Begun]) -> list[FittedModel]:
         """Fit models through smaller and smaller model errors; one that falls far behind any so far ends early.

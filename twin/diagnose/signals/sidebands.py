@@ -21,22 +21,15 @@ MOST_STEPS, LEAST_STEPS = 48, 8
 
 @dataclass(frozen=True)
 class Sidebands:
-    """The clearest lines beside the drive's.
-
-    Attributes
-    ----------
-    offset_Hz : float
-        Their distance to the drive, in the middle of the steps.
-    power : float
-        Over that of the noise there, median of the steps.
-    log_bayes : float
-        How much more probable they make something that is on no list than noise, nats.
-    """
+    """The clearest lines beside the drive's."""
 
     channel: str
     offset_Hz: float
+    """Their distance to the drive, in the middle of the steps."""
     power: float
+    """Over that of the noise there, median of the steps."""
     log_bayes: float
+    """How much more probable they make something that is on no list than noise, nats."""
 
     @property
     def told(self) -> str:

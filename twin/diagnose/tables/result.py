@@ -14,15 +14,7 @@ from twin.rigs.modal import ModalRig
 
 @dataclass(frozen=True)
 class HeldOutValues:
-    """Root-mean-square relative errors of values that no fit has seen, and the noise floor.
-
-    Attributes
-    ----------
-    runs, sweeps : tuple of str
-        What was held out; empty for `how` in words.
-    of_fit : float
-        What a right model leaves over the noise: few values tell its parameters, and their noise is in them.
-    """
+    """Root-mean-square relative errors of values that no fit has seen, and the noise floor."""
 
     before: float
     after: float
@@ -30,7 +22,9 @@ class HeldOutValues:
     how: str = field(kw_only=True)
     runs: tuple[str, ...] = field(default=(), kw_only=True)
     sweeps: tuple[str, ...] = field(default=(), kw_only=True)
+    """What was held out; empty for `how` in words."""
     of_fit: float = field(default=1.0, kw_only=True)
+    """What a right model leaves over the noise: few values tell its parameters, and their noise is in them."""
 
     @property
     def expected(self) -> float:
@@ -63,75 +57,55 @@ class Tried:
 
 @dataclass(frozen=True)
 class SweepRow:
-    """One sweep against the smooth law of all others.
-
-    Attributes
-    ----------
-    order : int
-        In the file, from 1.
-    amplitude_m_per_s2, frequency_Hz, damping_ratio
-        Of the sweep by itself.
-    shift_Hz : float
-        Its resonance minus the law's.
-    force_error, own_error : float
-        Rms relative error of the force: by the others' law, and by the sweep's own linear mode.
-    inside : bool
-        Whether the others reach below and above its amplitude, so that the law is not extrapolated.
-    """
+    """One sweep against the smooth law of all others."""
 
     sweep: str
     order: int
+    """In the file, from 1."""
     amplitude_m_per_s2: float
     frequency_Hz: float
     damping_ratio: float
+    """Of the sweep by itself."""
     shift_Hz: float
+    """Its resonance minus the law's."""
     force_error: float
     own_error: float
+    """Rms relative error of the force: by the others' law, and by the sweep's own linear mode."""
     shifted: bool
     inside: bool
+    """Whether the others reach below and above its amplitude, so that the law is not extrapolated."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TableDiagnosis:
-    """The whole answer.
-
-    Attributes
-    ----------
-    kind : str
-        ``frequencies`` or ``sweeps``.
-    answer : str
-        What the verdict means, in one sentence.
-    rows : tuple
-        What the tables of the report show.
-    tried : tuple of Tried
-        All models, the likeliest first.
-    parameters : mapping
-        What was identified beside the causes: assumed value (NaN if there is none) and estimate.
-    next_test : str
-        What would tell rivals apart; empty if there are none.
-    set_95, excluded, model_error
-        Of frequencies, as :class:`~twin.diagnose.answer.result.Diagnosis` has them of recordings.
-    """
+    """The whole answer."""
 
     kind: str
+    """``frequencies`` or ``sweeps``."""
     rig: str
     runs: tuple[str, ...]
     verdict: Verdict
     answer: str
+    """What the verdict means, in one sentence."""
     misfit: Misfit
     causes: tuple[NamedCause, ...]
     gain: HeldOutValues | None
     rows: tuple[FrequencyRow, ...] | tuple[SweepRow, ...]
+    """What the tables of the report show."""
     tried: tuple[Tried, ...]
+    """All models, the likeliest first."""
     parameters: Mapping[str, tuple[float, Estimate]]
+    """What was identified beside the causes: assumed value (NaN if there is none) and estimate."""
     assumed: tuple[str, ...]
     notes: tuple[str, ...]
     model: Rig | BeamRig | ModalRig
     seconds: float
     next_test: str = ""
+    """What would tell rivals apart; empty if there are none."""
     set_95: tuple[str, ...] = ()
     excluded: tuple[Exclusion, ...] = ()
     model_error: Mapping[str, float] = field(default_factory=dict)
+    """Of frequencies, as :class:`~twin.diagnose.answer.result.Diagnosis` has them of recordings."""
 
     @property
     def shortfall(self) -> str:

@@ -26,18 +26,12 @@ from twin.identify.spectra.broadband import BinnedResponse
 
 @dataclass(frozen=True)
 class Discrepancy:
-    """Model error of one kind of data.
-
-    Attributes
-    ----------
-    stiffness : float
-        Relative error of a mode's dynamic stiffness, drawn anew at every frequency.
-    ratio : float
-        Relative error of one channel's response against the others'.
-    """
+    """Model error of one kind of data."""
 
     stiffness: float
+    """Relative error of a mode's dynamic stiffness, drawn anew at every frequency."""
     ratio: float
+    """Relative error of one channel's response against the others'."""
 
 
 OF_BROADBAND, OF_STEPS = slice(0, 2), slice(2, 4)
@@ -49,32 +43,22 @@ HELD_MEAN = 1e6
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorModel:
-    """Model error of the steps' fundamentals and of the broadband runs.
-
-    Attributes
-    ----------
-    frequency : float
-        Prior of what the finite elements and rounded dimensions leave wrong in each natural frequency, relative.
-    moduli : float
-        Prior of the logarithms of E' and G': tight only while a fit with large errors finds its way, for these are
-        shared by many bins and would else count as many independent witnesses for wrong moduli.
-    roughness : tuple of float
-        Prior of how a joint's softening and how its loss bends, see
-        :func:`twin.identify.nonlinear.joint_law.curve_precision`.
-    harmonics : float
-        Error of each point's share in the odd harmonics, over :data:`LIMITS.share_error`.
-    shifts : float
-        Prior of how far all resonances of a run or sweep lie off, over
-        :data:`~twin.identify.frequency_shifts.SHIFT`.
-    """
+    """Model error of the steps' fundamentals and of the broadband runs."""
 
     steps: Discrepancy
     broadband: Discrepancy
     frequency: float = LIMITS.frequency_std
+    """Prior of what the finite elements and rounded dimensions leave wrong in each natural frequency, relative."""
     moduli: float = MODULI_STD
+    """Prior of the logarithms of E' and G': tight only while a fit with large errors finds its way, for these are
+    shared by many bins and would else count as many independent witnesses for wrong moduli."""
     roughness: tuple[float, float] = (1.6, 7.8)
+    """Prior of how a joint's softening and how its loss bends, see
+    :func:`twin.identify.nonlinear.joint_law.curve_precision`."""
     harmonics: float = 1.0
+    """Error of each point's share in the odd harmonics, over :data:`LIMITS.share_error`."""
     shifts: float = 1.0
+    """Prior of how far all resonances of a run or sweep lie off, over :data:`~twin.identify.frequency_shifts.SHIFT`."""
 
     @property
     def log_sizes(self) -> Array:
@@ -179,32 +163,21 @@ class ErrorSources(Protocol):
 
 @dataclass(frozen=True)
 class Covariances:
-    """What the covariances of a model's residuals are made of, at parameters that are held.
-
-    Attributes
-    ----------
-    broadband : tuple of BinnedResponse
-    broadband_by_stiffness : tuple of ndarray, (b, o, m)
-        D log response / d log stiffness of each mode.
-    steps : StepArrays
-    by_stiffness : ndarray, (s, o, m)
-        The same of the steps.
-    by_amplitude : ndarray, (s, o)
-        D log response / d log amplitude of the reference channel, by which the joint's law goes: its noise is in the
-        prediction, too.
-    reference : int
-        Number of that channel.
-    ratio : ndarray, (s, o)
-        Measured over predicted response, by which the steps' residuals are multiplied.
-    """
+    """What the covariances of a model's residuals are made of, at parameters that are held."""
 
     broadband: tuple[BinnedResponse, ...]
     broadband_by_stiffness: tuple[Array, ...]
+    """D log response / d log stiffness of each mode, (b, o, m)."""
     steps: StepArrays
     by_stiffness: Array
+    """The same of the steps, (s, o, m)."""
     by_amplitude: Array
+    """Array (s, o). D log response / d log amplitude of the reference channel, by which the joint's law goes: its
+    noise is in the prediction, too."""
     reference: int
+    """Number of that channel."""
     ratio: Array
+    """Measured over predicted response, by which the steps' residuals are multiplied, (s, o)."""
 
     @cached_property
     def shifts(self) -> tuple[tuple[Array, ...], Array]:

@@ -35,18 +35,13 @@ SHEAR_GRID, NORMAL_FACTORS = np.geomspace(1e6, 3e9, 40), np.geomspace(0.4, 2.5, 
 
 @dataclass(frozen=True)
 class FrequencyCovariances:
-    """What the variances of the residuals are made of.
-
-    Attributes
-    ----------
-    std, model_share : ndarray, (n,)
-        Relative deviations that the tables give, and shares of the model error that each frequency has.
-    state : ndarray of int, (n,)
-    """
+    """What the variances of the residuals are made of."""
 
     std: Array
     model_share: Array
+    """Relative deviations that the tables give, and shares of the model error that each frequency has, (n,)."""
     state: NDArray[np.int64]
+    """Array (n,)."""
 
     def of_broadband(self, errors: Discrepancy) -> tuple[Whitening, ...]:
         """None: nothing was recorded."""

@@ -18,58 +18,38 @@ __all__ = ["Linearisation", "LostContact", "with_more"]
 
 @dataclass(frozen=True)
 class LostContact:
-    """A layer's openings where they lose contact.
-
-    Attributes
-    ----------
-    openings : Openings
-        What surrounds them at all harmonics,
-    balance : OpeningBalance
-        those harmonics,
-    read : ndarray, (s, h, o, p)
-        and what the channels read per force on the openings.
-    """
+    """A layer's openings where they lose contact."""
 
     openings: Openings
+    """What surrounds them at all harmonics."""
     balance: OpeningBalance
+    """Those harmonics."""
     read: Array
+    """What the channels read per force on the openings, (s, h, o, p)."""
 
 
 @dataclass(frozen=True)
 class Linearisation:
-    """What a fit holds while its parameters move; it would creep if these moved with them.
-
-    Attributes
-    ----------
-    broadband : tuple of Whitening, (b, o, o)
-        Of each broadband run's log responses,
-    steps : Whitening, (s, 2 o, 2 o)
-        and of the steps, real parts above imaginary ones.
-    balance : Balance
-        Of the moving ports: where to begin, and what harmonics add.
-    lost : LostContact or None
-        The layer's openings, where contact is lost there.
-    baseline : BaselineParameters
-        That the balance was found with,
-    by_unknowns : ndarray, (s, p, u), or None
-        and the derivative by each unknown of what the harmonics add to the openings' stiffness.
-    made_of : ErrorSources or None
-        What the covariances came from; none where they were given.
-    by_causes : ndarray, (s, 2 p, k), or None
-        Derivative by each of the causes' parameters of what the harmonics add at the points.
-    harmonics : Whitening, (s, h, o, o), or None
-        Of the higher harmonics, where these are data, too.
-    """
+    """What a fit holds while its parameters move; it would creep if these moved with them."""
 
     broadband: tuple[Whitening, ...]
+    """Of each broadband run's log responses, (b, o, o)."""
     steps: Whitening
+    """Of the steps, real parts above imaginary ones, (s, 2 o, 2 o)."""
     balance: Balance | None
+    """Of the moving ports: where to begin, and what harmonics add."""
     lost: LostContact | None
+    """The layer's openings, where contact is lost there."""
     baseline: BaselineParameters
+    """That the balance was found with."""
     by_unknowns: Array | None
+    """Derivative by each unknown of what the harmonics add to the openings' stiffness, (s, p, u)."""
     made_of: ErrorSources | None = None
+    """What the covariances came from; none where they were given."""
     by_causes: Array | None = None
+    """Derivative by each of the causes' parameters of what the harmonics add at the points, (s, 2 p, k)."""
     harmonics: Whitening | None = None
+    """Of the higher harmonics, where these are data, too, (s, h, o, o)."""
 
     def moved(self, change: Array) -> Linearisation:
         """The same where the causes' parameters are others by `change` (k,), to first order."""

@@ -35,24 +35,17 @@ KINDS = ("normal_modulus", "shear_modulus")
 
 @dataclass(frozen=True)
 class StateFrequencies:
-    """Natural frequencies of one state, such as a preload.
-
-    Attributes
-    ----------
-    number : ndarray of int, (m,)
-        Modes, from 1, see :class:`twin.identify.residuals.frequency_model.FrequencyModel`.
-    frequency_Hz, std : ndarray, (m,)
-        The standard deviation is relative, and zero where the table gives none.
-    model_std : float
-        Relative error of the model, and of measurements whose own is not known.
-    """
+    """Natural frequencies of one state, such as a preload."""
 
     path: str
     state: str
     number: NDArray[np.int64]
+    """Modes, from 1, see :class:`twin.identify.residuals.frequency_model.FrequencyModel`, (m,)."""
     frequency_Hz: Array
     std: Array
+    """The standard deviation is relative, and zero where the table gives none, (m,)."""
     model_std: float
+    """Relative error of the model, and of measurements whose own is not known."""
 
     @property
     def stated(self) -> bool:
@@ -67,21 +60,14 @@ class StateFrequencies:
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredFrequencies(MeasuredData):
-    """Tables of natural frequencies, and the nominal rig that they are held against.
-
-    Attributes
-    ----------
-    tables : tuple of StateFrequencies
-        One for each state.
-    states : tuple of str
-        Whose moduli are identified, in the order of their parameters.
-    log_std : float
-        Of the moduli's logarithms beforehand.
-    """
+    """Tables of natural frequencies, and the nominal rig that they are held against."""
 
     tables: tuple[StateFrequencies, ...]
+    """One for each state."""
     states: tuple[str, ...]
+    """Whose moduli are identified, in the order of their parameters."""
     log_std: float
+    """Of the moduli's logarithms beforehand."""
 
     @property
     def count(self) -> int:

@@ -7,21 +7,14 @@ from twin.arrays import Array
 
 @dataclass(frozen=True)
 class Prediction:
-    """Whitened residual and sensitivities.
-
-    Attributes
-    ----------
-    residual : ndarray, (r,)
-        Measured minus predicted in units of its standard deviation; real and imaginary parts.
-    jacobian : ndarray, (r, u)
-        d(predicted) / d(unknowns), whitened alike.
-    blocks : tuple of (name, slice)
-        Parts of the residual: each broadband run, the steps' fundamentals, their harmonics.
-    """
+    """Whitened residual and sensitivities."""
 
     residual: Array
+    """Measured minus predicted in units of its standard deviation; real and imaginary parts, (r,)."""
     jacobian: Array
+    """d(predicted) / d(unknowns), whitened alike, (r, u)."""
     blocks: tuple[tuple[str, slice], ...]
+    """Parts of the residual: each broadband run, the steps' fundamentals, their harmonics."""
 
     @property
     def chi2(self) -> float:

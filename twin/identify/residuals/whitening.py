@@ -14,15 +14,10 @@ from twin.structure import Structure
 
 @dataclass(frozen=True)
 class Whitening:
-    """Gives small groups of residuals unit covariance: one multiplication a group, since all are whitened many times.
-
-    Attributes
-    ----------
-    factor : ndarray, (..., k, k)
-        Cholesky factors of the groups' covariances.
-    """
+    """Gives small groups of residuals unit covariance: one multiplication a group; all are whitened many times."""
 
     factor: Array
+    """Cholesky factors of the groups' covariances, (..., k, k)."""
 
     @classmethod
     def of(cls, covariance: Array) -> Whitening:
@@ -56,16 +51,12 @@ class LowRankWhitening:
     """Gives residuals of unit covariance, to which columns T with standard normal amounts add, that covariance again.
 
     By (1 + T T')^(-1/2) = 1 - T K T', with T' T = V s^2 V', q = (1 + s^2)^(1/2) and K = V / (q (1 + q)) V'.
-
-    Attributes
-    ----------
-    columns : ndarray, (r, k)
-    between : ndarray, (k, k)
-        K.
     """
 
     columns: Array
+    """Array (r, k)."""
     between: Array
+    """K, (k, k)."""
 
     @classmethod
     def of(cls, columns: Array) -> LowRankWhitening:
@@ -81,29 +72,22 @@ class LowRankWhitening:
 
 @dataclass(frozen=True)
 class HarmonicResiduals:
-    """Higher harmonics less the linear response to the force's own, and what whitens them.
-
-    Attributes
-    ----------
-    orders : ndarray, (h,)
-    residual : ndarray, (s, h, o)
-    covariance : ndarray, (s, h, o, o)
-        Theirs, without the shares: noise, the error of the linear part, and, in odd harmonics, anything at all in the
-        direction of the joint's own signature, since the time form of the joint's law is not known beforehand.
-    shares : ndarray, (s, h, o, p)
-        What each point of the layers makes of it, times its usual error.
-    field : ndarray, (s, h, o, n)
-        Response of the outputs to unit forces on all degrees of freedom of `structure`.
-    structure : Structure
-        The model's that they were reduced against: a cause may have given it another mesh than the assumed one.
-    """
+    """Higher harmonics less the linear response to the force's own, and what whitens them."""
 
     orders: Array
+    """Array (h,)."""
     residual: Array
+    """Array (s, h, o)."""
     covariance: Array
+    """Array (s, h, o, o). Theirs, without the shares: noise, the error of the linear part, and, in odd harmonics,
+    anything at all in the direction of the joint's own signature, since the time form of the joint's law is not
+    known beforehand."""
     shares: Array
+    """What each point of the layers makes of it, times its usual error, (s, h, o, p)."""
     field: Array
+    """Response of the outputs to unit forces on all degrees of freedom of `structure`, (s, h, o, n)."""
     structure: Structure
+    """The model's that they were reduced against: a cause may have given it another mesh than the assumed one."""
 
     def select(self, keep: Array) -> HarmonicResiduals:
         """The steps where `keep` is true."""
