@@ -7,8 +7,6 @@ from typing import Literal
 
 import can
 
-__all__ = ["Address", "parse_address", "parse_can", "parse_tcp"]
-
 
 @dataclass(frozen=True)
 class Address:

@@ -15,8 +15,6 @@ from can.interfaces.slcan import slcanBus
 from drivers.addresses import Address
 from recordings.errors import InputError
 
-__all__ = ["open_bus"]
-
 RECEIVE_BUFFER_BYTES = 8 << 20
 IP_MULTICAST_ALL, IPV6_MULTICAST_ALL = 49, 29
 """Linux's options of these names, which Python does not list."""

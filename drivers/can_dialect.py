@@ -32,8 +32,6 @@ from drivers.can_protocol import (
     frame_sizes,
 )
 
-__all__ = ["ClassicDialect", "Dialect", "FdDialect", "Message", "make_dialect", "unwrap"]
-
 Message = TimeSync | Heartbeat | Status | ChannelInfo | Reply | CanCommand
 Frame = tuple[int, bytes]
 """Identifier and payload."""

@@ -23,27 +23,6 @@ from recordings.directions import axis_number, direction_name, unit_vector
 from recordings.quantities import NO_CODE, known_quantities, quantity_of_code
 from recordings.run import Channel
 
-__all__ = [
-    "CHANNELS_LIMIT",
-    "FULL_SCALE",
-    "LOAD_UNKNOWN",
-    "NO_PULSE",
-    "PULSE_INTERVAL_NS",
-    "SAMPLES_PER_FRAME",
-    "SAMPLE_FRAME",
-    "CanCommand",
-    "ChannelInfo",
-    "Heartbeat",
-    "MessageId",
-    "NodeState",
-    "Opcode",
-    "Reply",
-    "Status",
-    "TimeSync",
-    "frame_sizes",
-    "read_dbc",
-]
-
 CHANNELS_LIMIT = 4
 FULL_SCALE = 32767
 NO_PULSE = 0xFFFFFFFF

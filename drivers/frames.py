@@ -36,8 +36,6 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MAX_PAYLOAD", "SYNC", "Decoder", "Frame", "FrameKind", "encode", "encode_samples", "unpack_samples"]
-
 SYNC = b"\xd7RIG"
 MAX_PAYLOAD = 65536
 _HEADER = struct.Struct("<BBHIQqd")

@@ -43,8 +43,6 @@ from drivers.addresses import Address, parse_address
 from recordings.directions import Direction
 from recordings.toml_input import read_toml
 
-__all__ = ["CALLED", "ChannelSettings", "DeviceSettings", "Instruments", "read_instruments"]
-
 CALLED = r"[A-Za-z0-9_.-]{1,24}"
 """What a channel or a device may be called over an instrument's line."""
 Name = Annotated[str, Field(pattern=f"^{CALLED}$")]

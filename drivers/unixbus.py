@@ -20,8 +20,6 @@ from typing import Any
 
 import can
 
-__all__ = ["UnixBus"]
-
 LAST_WORDS_S = 10.0
 """How long a participant that leaves waits for others to read; one that never reads must not hold it for ever."""
 _HEAD = struct.Struct("<IBB2x")

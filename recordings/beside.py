@@ -12,8 +12,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-__all__ = ["Beside", "settled", "temporary_folder"]
-
 SUFFIX = ".part"
 NAME_LENGTH = 64
 """Of the name it is for; the whole must not pass the 255 bytes that file systems allow."""

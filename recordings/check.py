@@ -17,8 +17,6 @@ from recordings.limits import Limits
 from recordings.reader import open_input
 from recordings.run import SampleBlock
 
-__all__ = ["ChannelReport", "CheckReport", "check_run"]
-
 PROBLEM_LIMIT = 1000
 """Problems told one by one; the rest are counted."""
 

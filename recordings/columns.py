@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from recordings.errors import InputError, reason_of
 from recordings.reader import open_input
 
-__all__ = ["Columns"]
-
 SIZE_LIMIT_BYTES = 64 << 20
 MOST_ROWS = 10_000_000
 LARGEST_NUMBER = 10**15

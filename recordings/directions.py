@@ -8,8 +8,6 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-__all__ = ["AXES", "Direction", "Towards", "Vector", "axis_number", "cosine", "direction_name", "unit_vector"]
-
 Vector = tuple[float, float, float]
 
 AXES: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-__all__ = ["InputError", "blamed_on", "printable", "reason_of"]
-
 
 def printable(text: str) -> str:
     """`text` with what could steer a terminal, but for the ends of its lines, as question marks."""

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from recordings.run import Samples, pieces
 
-__all__ = ["Level"]
-
 
 @dataclass(kw_only=True)
 class Level:

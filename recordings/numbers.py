@@ -6,8 +6,6 @@ from typing import Annotated
 
 from pydantic import Field
 
-__all__ = ["Density", "Finite", "Length", "Mass", "Modulus", "NonNegative", "Positive"]
-
 LARGEST = 1e15
 """Of any quantity in SI units: a thousand times the stiffest material's modulus; products of twenty stay finite."""
 SMALLEST = 1e-15

@@ -15,19 +15,6 @@ from typing import Literal
 
 from recordings.errors import InputError
 
-__all__ = [
-    "NO_CODE",
-    "QUANTITIES",
-    "Quantity",
-    "follows_excitation",
-    "is_motion",
-    "is_response",
-    "known_quantities",
-    "quantity",
-    "quantity_of_code",
-    "quantity_of_unit",
-]
-
 GROUP = "twin.quantities"
 STANDARD_GRAVITY = 9.80665
 INCH, FOOT = 0.0254, 0.3048

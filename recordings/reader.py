@@ -12,8 +12,6 @@ from recordings.errors import InputError, reason_of
 from recordings.limits import Limits
 from recordings.run import Run, SampleBlock
 
-__all__ = ["open_input", "read_run"]
-
 
 def read_run(path: str | Path, *, limits: Limits | None = None) -> Run:
     """Read a run that keeps the recording contract.

@@ -25,8 +25,6 @@ from recordings.reader import open_input
 from recordings.run import Event, SampleBlock, Step
 from recordings.whole import refuse_existing, whole_file
 
-__all__ = ["RecoverReport", "recover"]
-
 UNSOUND = "/unsound"
 """Topics of messages that break the contract begin with this in the recovered file: kept, but not read."""
 CHUNK_BYTES = 1 << 20

@@ -10,21 +10,6 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Channel",
-    "DeviceSamples",
-    "Event",
-    "Gap",
-    "Indicator",
-    "Run",
-    "SampleBlock",
-    "Samples",
-    "Step",
-    "StepState",
-    "channel_blocks",
-    "pieces",
-]
-
 STAMP_ROUNDING_ns = 1.5
 PIECE = 1 << 18
 """Samples of a slice: enough that numpy's part of the work is the larger one."""

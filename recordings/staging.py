@@ -12,8 +12,6 @@ from pathlib import Path
 from recordings.beside import Beside
 from recordings.errors import InputError, reason_of
 
-__all__ = ["staged_folder"]
-
 AT_FDCWD, RENAME_EXCHANGE = -100, 2
 """Of Linux's renameat2: paths as they are, and both names stay, with what they name exchanged."""
 

@@ -13,8 +13,6 @@ from typing import Literal, Protocol
 
 from recordings.run import Channel, Event, SampleBlock
 
-__all__ = ["Acquisition", "Excitation", "SampleSource", "SlowSource"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Excitation:

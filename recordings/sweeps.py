@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from recordings.run import Run, Step, StepState
 
-__all__ = ["Stretch", "Sweep", "measured_stretches", "sweeps"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Stretch:

@@ -12,8 +12,6 @@ from recordings.columns import Columns
 from recordings.errors import InputError
 from recordings.quantities import QUANTITIES
 
-__all__ = ["FrequencyTable", "SweepTable", "read_table"]
-
 RESPONSES = {one.column: one.name for one in QUANTITIES if one.column}
 """Columns a response may stand in, and the quantity each means."""
 

@@ -9,8 +9,6 @@ from typing import Any, get_args
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
-__all__ = ["nearest", "told_apart"]
-
 NEAR = 0.7
 """Share of letters in common, as difflib counts, from which on a name is taken for a misspelt other one."""
 LISTED = 12

@@ -14,15 +14,6 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from recordings.errors import InputError, reason_of
 from recordings.toml_fields import nearest, told_apart
 
-__all__ = [
-    "Name",
-    "Question",
-    "Table",
-    "parse_toml",
-    "read_toml",
-    "shipped_or_file",
-]
-
 Model = TypeVar("Model", bound=BaseModel)
 
 SIZE_LIMIT_BYTES = 1 << 20

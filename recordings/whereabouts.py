@@ -8,8 +8,6 @@ from pathlib import Path
 
 from recordings.errors import InputError
 
-__all__ = ["Stages", "told_in_one_line", "working_on"]
-
 TOLD = (InputError, OSError, MemoryError, ImportError)
 """Errors that say already what a person needs."""
 REMEDY = "'twin check' may tell what is wrong with it, and --verbose where the error came from"

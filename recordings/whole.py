@@ -9,8 +9,6 @@ from pathlib import Path
 from recordings.beside import Beside
 from recordings.errors import InputError, reason_of
 
-__all__ = ["check_writable", "made_folder", "refuse_existing", "whole_file", "whole_files"]
-
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:

@@ -21,8 +21,6 @@ from recordings.container.uninterrupted import UNINTERRUPTED
 from recordings.errors import InputError, reason_of
 from recordings.run import Channel, Event, Indicator, SampleBlock, Step
 
-__all__ = ["RunWriter"]
-
 CHUNK_BYTES = 64 << 10
 FLUSH_SECONDS = 0.15
 """Blocks of an acquisition are up to 0.3 s long: with the one that is under way, less than half a second is lost."""

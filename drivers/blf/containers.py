@@ -12,8 +12,6 @@ from pathlib import Path
 
 from recordings.errors import InputError
 
-__all__ = ["sound_length"]
-
 UNPACKED_LIMIT_BYTES = 8 << 30
 CONTAINER_LIMIT_BYTES = 64 << 20
 OBJECT_LIMIT_BYTES = 1 << 20

@@ -35,8 +35,6 @@ from recordings.limits import Limits
 from recordings.reader import open_input
 from recordings.run import Channel, DeviceSamples, Event, Run
 
-__all__ = ["read_blf"]
-
 SIZE_LIMIT_BYTES = 2 << 30
 SYNCS_LIMIT, STREAMS_LIMIT, BUSES_LIMIT = 1 << 20, 4096, 64
 _CONTROL = {MessageId.HEARTBEAT, MessageId.COMMAND, MessageId.REPLY}

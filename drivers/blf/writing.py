@@ -32,8 +32,6 @@ from recordings.convert.blocks import TIME_STEP_NS, blocks_of
 from recordings.errors import InputError
 from recordings.run import Channel, DeviceSamples, Run, SampleBlock, pieces
 
-__all__ = ["write_blf"]
-
 NAME_BYTES = 24
 
 

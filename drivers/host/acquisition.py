@@ -22,8 +22,6 @@ from recordings.errors import InputError
 from recordings.run import Channel, Event, Indicator, SampleBlock
 from recordings.streams import Excitation
 
-__all__ = ["RigAcquisition", "StreamEndedError", "open_instruments"]
-
 NUDGE_S = 0.25
 CLOCK_OFFSET_S, CLOCK_DRIFT_PPM = 1e-3, 1.0
 """From here on a recording says by how much a device's clock was wrong, although its times are corrected."""

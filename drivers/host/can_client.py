@@ -32,8 +32,6 @@ from drivers.instruments import DeviceSettings
 from recordings.errors import InputError
 from recordings.run import Channel
 
-__all__ = ["CanClient"]
-
 ATTEMPTS = 4
 BATCH_FRAMES = 512
 LATE_SAMPLES = 60

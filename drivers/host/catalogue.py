@@ -7,8 +7,6 @@ from collections.abc import Callable
 
 from recordings.run import Channel
 
-__all__ = ["read_catalogue", "read_identity"]
-
 CHANNELS_LIMIT = 64
 
 

@@ -6,8 +6,6 @@ from bisect import bisect_right
 
 import numpy as np
 
-__all__ = ["ClockFit", "TimeLine"]
-
 STAMP_ROUNDING_NS = 1.5
 PAIRS = 600
 """Pulses in the fit: a minute at one every 100 ms."""

@@ -19,8 +19,6 @@ from recordings.errors import InputError
 from recordings.run import Channel
 from recordings.streams import Excitation
 
-__all__ = ["DaqClient"]
-
 DEVICE_ERROR = -300
 """SCPI's number for what is wrong with the device itself, not with what it was asked."""
 RETRY_S = 0.25

@@ -15,8 +15,6 @@ from drivers.instruments import ChannelSettings
 from recordings.errors import InputError
 from recordings.run import Channel, Event
 
-__all__ = ["Device", "DeviceFailedError", "DeviceInbox", "Mailbox", "Wiring", "configure_channels"]
-
 
 class DeviceFailedError(TimeoutError):
     """A device says that it cannot give samples any more, and why: there will be none."""

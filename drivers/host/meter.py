@@ -13,8 +13,6 @@ from drivers.instruments import DeviceSettings
 from recordings.errors import InputError
 from recordings.run import Channel, Indicator
 
-__all__ = ["MeterClient"]
-
 OVERRANGE = 9.9e37
 """SCPI's value for what is beyond the range; 9.91E37 is not a number."""
 RETRY_S = 1.0

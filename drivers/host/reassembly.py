@@ -8,8 +8,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Piece", "Reassembler"]
-
 CAPACITY = 1 << 18
 """Samples kept at most; a jump of the index beyond it is taken as a loss at once."""
 

@@ -6,8 +6,6 @@ import time
 
 from drivers.host.transport import Transport
 
-__all__ = ["ask_line", "drain"]
-
 QUIET_S = 0.05
 ANSWER_LIMIT = 1 << 20
 

@@ -14,8 +14,6 @@ import serial
 from drivers.addresses import Address
 from recordings.errors import InputError
 
-__all__ = ["LineLostError", "Transport", "open_transport"]
-
 CHUNK_BYTES = 1 << 18
 WRITE_TIMEOUT_S = 2.0
 

@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from drivers.host.device import Mailbox
 
-__all__ = ["ChannelWatch"]
-
 STUCK_S = 0.5
 STUCK_SAMPLES = 256
 

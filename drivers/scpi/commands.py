@@ -16,8 +16,6 @@ from typing import Any, TypeVar
 from drivers.scpi.errors import ScpiError
 from drivers.scpi.values import Number, Parameter, short_form
 
-__all__ = ["Command", "CommandTable", "command", "command_table"]
-
 Function = TypeVar("Function", bound=Callable[..., object])
 _OPTION = re.compile(r"(\[[^\]]+\])")
 _CACHE_LIMIT = 512

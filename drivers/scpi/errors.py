@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 
-__all__ = ["STANDARD_MESSAGES", "ErrorQueue", "ScpiError"]
-
 STANDARD_MESSAGES = {
     0: "No error",
     -100: "Command error",

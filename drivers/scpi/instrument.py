@@ -11,8 +11,6 @@ from drivers.scpi.parser import Unit, parse_message
 from drivers.scpi.registers import Registers
 from drivers.scpi.values import Integer, format_result
 
-__all__ = ["Deferred", "Instrument", "Interpreter"]
-
 LINE_LIMIT = 4096
 QUEUE_LIMIT = 256
 MESSAGE_LIMIT = 1 << 20

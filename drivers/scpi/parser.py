@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from drivers.scpi.errors import ScpiError
 
-__all__ = ["Unit", "parse_message"]
-
 _HEADER = re.compile(
     r"\s*(\*[A-Za-z]+\??|:?[A-Za-z][A-Za-z0-9_]*(?::[A-Za-z][A-Za-z0-9_]*)*\??)(?:\s+(.*)|\s*)\Z", re.S
 )

@@ -5,8 +5,6 @@ from __future__ import annotations
 from drivers.scpi.errors import ErrorQueue, ScpiError
 from drivers.scpi.status import StatusGroup
 
-__all__ = ["Registers"]
-
 QUERY_ERROR, DEVICE_ERROR, EXECUTION_ERROR, COMMAND_ERROR, POWER_ON = 4, 8, 16, 32, 128
 _EVENT_OF_CLASS = {1: COMMAND_ERROR, 2: EXECUTION_ERROR, 3: DEVICE_ERROR, 4: QUERY_ERROR}
 """Bit of the event register by the hundreds of an error's number (SCPI 1999, volume 2, 21.8)."""

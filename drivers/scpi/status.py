@@ -6,8 +6,6 @@ read, and an enable register, which says which events show in the status byte (S
 
 from __future__ import annotations
 
-__all__ = ["MEASURING", "SAMPLES_LOST", "StatusGroup"]
-
 MEASURING = 1 << 4
 SAMPLES_LOST = 1 << 9
 """The first of the questionable group's bits that are left to the instrument."""

@@ -11,18 +11,6 @@ import numpy as np
 
 from drivers.scpi.errors import ScpiError
 
-__all__ = [
-    "Boolean",
-    "Choice",
-    "Integer",
-    "Number",
-    "Parameter",
-    "definite_block",
-    "format_result",
-    "quoted",
-    "short_form",
-]
-
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:\s*[eE]\s*[+-]?\d+)?)\s*([A-Za-z%/]*)\s*\Z")
 _PREFIXES = {
     "EX": 1e18, "PE": 1e15, "T": 1e12, "G": 1e9, "MA": 1e6, "K": 1e3, "": 1.0,

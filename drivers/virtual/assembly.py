@@ -26,8 +26,6 @@ from recordings.errors import InputError, blamed_on
 from recordings.run import Channel
 from recordings.streams import SampleSource, SlowSource
 
-__all__ = ["Addresses", "VirtualRig"]
-
 DEFAULT_BITRATE, DEFAULT_DATA_BITRATE = 1e6, 5e6
 NODES = ("can", "can2")
 """Names of the nodes of one bus."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import time
 
-__all__ = ["BusTime", "classic_frame_seconds", "frame_seconds"]
-
 STUFFING = 1.1
 _NOMINAL_BITS = 17 + 12
 """Start to bit-rate switch; acknowledge, end of frame and the gap to the next one."""

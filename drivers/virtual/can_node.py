@@ -37,8 +37,6 @@ from drivers.virtual.feed import SampleFeed, SourceFailedError
 from recordings.errors import InputError
 from recordings.run import SampleBlock
 
-__all__ = ["CanNode"]
-
 QUEUE_FRAMES = 4096
 """Memory of the node for frames the bus has not taken; beyond it samples are lost and counted."""
 URGENT_FRAMES = 64

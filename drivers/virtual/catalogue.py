@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from drivers.scpi import ScpiError, command
 from recordings.run import Channel
 
-__all__ = ["Catalogue"]
-
 
 class Catalogue:
     """Commands that describe `_channels`, for an instrument to inherit."""

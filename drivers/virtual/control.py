@@ -20,8 +20,6 @@ from drivers.virtual.ports import Port, TcpPort
 from drivers.virtual.readings import Readings
 from drivers.virtual.session import Session
 
-__all__ = ["Control", "Protection"]
-
 TAKE_OVER_S = 30.0
 """Silence after which a controller must let another take over: a program that measures speaks every second."""
 

@@ -8,8 +8,6 @@ from drivers.virtual.faults import LinkFaults
 from drivers.virtual.ports import Port, TcpPort
 from drivers.virtual.session import Session, Speaker
 
-__all__ = ["Conversing"]
-
 SESSIONS_LIMIT = 32
 """Clients at a time.  When one more comes, who has been silent longest goes, and first of those that never spoke."""
 ACCEPTED_A_TURN = 8

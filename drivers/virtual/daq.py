@@ -18,8 +18,6 @@ from drivers.virtual.ports import Port, TcpPort
 from drivers.virtual.session import Session
 from recordings.run import SampleBlock
 
-__all__ = ["AcquisitionInstrument"]
-
 MAKER = "Virtual Test Rig"
 FIFO_BYTES = 1 << 20
 """Memory of the instrument for samples the line has not taken; beyond it they are lost and counted."""

@@ -6,8 +6,6 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-__all__ = ["Decimator"]
-
 KAISER_BETA = 0.1102 * (90.0 - 8.7)
 """Of the filter's window: 90 dB (J. F. Kaiser's formula)."""
 HALF_LENGTH = 16

@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 from enum import IntEnum
 
-__all__ = ["ErrorCounter", "ErrorState"]
-
 RESTART_S = 0.1
 """From bus-off to the next attempt; the 128 times 11 free bits that the standard asks for take less."""
 

@@ -38,8 +38,6 @@ import numpy as np
 from recordings.errors import InputError
 from recordings.run import Channel, SampleBlock
 
-__all__ = ["ClockFault", "Fault", "FaultPlan", "LinkFaults", "parse_fault"]
-
 _DEFAULTS: dict[str, dict[str, float | str]] = {
     "drop": {"device": "daq", "probability": 0.01, "after_s": 0.0},
     "flip": {"device": "daq", "probability": 0.01, "after_s": 0.0},

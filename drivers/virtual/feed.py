@@ -13,8 +13,6 @@ from dataclasses import replace
 from recordings.run import Channel, SampleBlock
 from recordings.streams import Excitation, SampleSource
 
-__all__ = ["SampleFeed", "SourceFailedError"]
-
 PULSES_PER_S = 10
 
 

@@ -8,9 +8,6 @@ from drivers.scpi import Boolean, Choice, Instrument, Integer, Number, ScpiError
 from drivers.virtual.feed import SampleFeed
 from recordings.streams import Excitation
 
-__all__ = ["Generator"]
-
-
 AMPLIFIER_V = 10.0
 """Full scale of the output, as of most generators that drive a shaker's amplifier."""
 

@@ -9,8 +9,6 @@ import numpy as np
 
 from drivers.virtual.ports import CHUNK_BYTES, PtyPort
 
-__all__ = ["WirePort"]
-
 _BITS_A_BYTE = 10  # start, eight of data, stop
 _SPEEDS = {getattr(termios, name): int(name[1:]) for name in dir(termios) if name[0] == "B" and name[1:].isdigit()}
 

@@ -14,8 +14,6 @@ from drivers.scpi.errors import STANDARD_MESSAGES
 from drivers.virtual.daq import AcquisitionInstrument
 from drivers.virtual.meter import Meter
 
-__all__ = ["write_manual"]
-
 _INTRODUCTION = """\
 # The instruments on the wire
 

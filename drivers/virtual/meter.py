@@ -16,8 +16,6 @@ from drivers.virtual.ports import Port, TcpPort
 from recordings.run import SampleBlock
 from recordings.streams import SlowSource
 
-__all__ = ["Meter"]
-
 CONVERSION_NS = 100_000_000
 STEPS = 1 << 15
 """Steps of the converter up to its range."""

@@ -6,8 +6,6 @@ import ctypes
 import os
 import struct
 
-__all__ = ["Openings"]
-
 CLOSED, OPENED = 0x08 | 0x10, 0x20
 """The kernel's bits IN_CLOSE_WRITE with IN_CLOSE_NOWRITE, and IN_OPEN."""
 _EVENT = struct.Struct("iIII")

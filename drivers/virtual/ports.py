@@ -18,8 +18,6 @@ import serial
 from drivers.virtual.openings import Openings
 from recordings.errors import InputError, reason_of
 
-__all__ = ["Port", "PtyPort", "SerialPort", "TcpLine", "TcpPort"]
-
 CHUNK_BYTES = 65536
 DEFAULT_BAUD = 921600
 BACKLOG = 128

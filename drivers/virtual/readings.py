@@ -12,8 +12,6 @@ from drivers.scpi import Deferred, Integer, ScpiError, command
 from drivers.virtual.feed import SampleFeed, SourceFailedError
 from drivers.virtual.generator import AMPLIFIER_V, Generator
 
-__all__ = ["Readings"]
-
 READ_LIMIT = 65536
 
 

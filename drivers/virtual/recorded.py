@@ -15,8 +15,6 @@ from recordings.quantities import known_quantities
 from recordings.run import Channel, DeviceSamples, Indicator, Run, SampleBlock, Samples
 from recordings.streams import Excitation
 
-__all__ = ["RecordedMeter", "RecordedSource"]
-
 _LIMIT_TOLERANCE = 1e-6
 """A sample on a 16-bit converter's limit comes back from its counts a rounding below it."""
 _NAMES_LIMIT = 64

@@ -11,8 +11,6 @@ from drivers.virtual.faults import FaultPlan
 from drivers.virtual.feed import SampleFeed
 from recordings.run import SampleBlock
 
-__all__ = ["VirtualDevice", "serve"]
-
 PACED_BLOCK_S = 0.02
 IDLE_WAIT_S = 0.02
 POLLED_WAIT_S = 0.001

@@ -11,8 +11,6 @@ from drivers.frames import Frame, FrameKind, encode
 from drivers.scpi import Instrument, Interpreter, Registers
 from drivers.virtual.ports import Port
 
-__all__ = ["Session", "Speaker"]
-
 WRITE_BYTES = 8192
 READ_BYTES = 4096
 """Taken from a client in one turn: commands are short, and thousands of them must not be parsed at once."""

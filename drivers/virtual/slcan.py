@@ -26,8 +26,6 @@ from can.util import CAN_FD_DLC, len2dlc
 
 from drivers.virtual.ports import Port
 
-__all__ = ["SlcanAdapter"]
-
 BITRATES = (10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 750_000, 1_000_000, 83_300)
 LINE_LIMIT = 160
 OUTPUT_LIMIT = 1 << 14

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from recordings.run import Channel, SampleBlock
 from recordings.streams import Excitation
 
-__all__ = ["Tone"]
-
 RATES_Hz = (1024.0, 5120.0, 25600.0)
 _MIX = 2654435761
 """Knuth's multiplicative hash: neighbouring numbers scatter over all 32 bits."""

@@ -16,8 +16,6 @@ from recordings.container.stored import Blocks, Loader, Series, StoredSamples
 from recordings.limits import Limits
 from recordings.run import DeviceSamples, Event, Gap, SampleBlock
 
-__all__ = ["Assembler"]
-
 RATE_TOLERANCE = 1e-6
 STAMP_JITTER_s = 0.1
 """How far the time stamp of a block may stray at all; from a quarter of a block on, it is told."""

@@ -15,8 +15,6 @@ from mcap.exceptions import McapError
 
 from recordings.limits import Limits
 
-__all__ = ["chunk_data", "chunk_records", "message_at"]
-
 _HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
 _PIECE_BYTES = 1 << 20

@@ -11,8 +11,6 @@ from recordings.container.stored import Loader
 from recordings.limits import Limits
 from recordings.run import Channel, Event, Indicator, SampleBlock, Step
 
-__all__ = ["Collector"]
-
 
 class Collector:
     """Takes items one by one; what breaks the contract is reported, and left out if the report does not raise.

@@ -21,8 +21,6 @@ from recordings.container.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, sc
 from recordings.limits import Limits
 from recordings.run import Channel, Event, Indicator, SampleBlock, Step
 
-__all__ = ["AttachmentItem", "Interpreter", "MessageItem", "MetadataItem", "Problem"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:

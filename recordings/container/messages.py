@@ -18,11 +18,6 @@ from numpy.typing import NDArray
 from recordings.container.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, message_class
 from recordings.run import Event, Indicator, SampleBlock, Step, StepState
 
-__all__ = [
-    "Layout", "decode_block", "decode_event", "decode_indicator", "decode_series", "decode_step",
-    "encode_block", "encode_event", "encode_indicator", "encode_step",
-]  # fmt: skip
-
 SECOND_NS = 1_000_000_000
 TIME_LIMIT_NS = 1 << 63
 """MCAP counts nanoseconds in 64 bits without sign; numpy with sign."""

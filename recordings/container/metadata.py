@@ -10,8 +10,6 @@ from recordings.directions import direction_name, unit_vector
 from recordings.quantities import quantity
 from recordings.run import Channel
 
-__all__ = ["CHANNEL_PREFIX", "RUN", "channel_record", "parse_channel", "parse_run"]
-
 RUN, CHANNEL_PREFIX = "run", "channel/"
 FORMAT = "1"
 _SOURCES = ("measured", "simulated", "replayed")

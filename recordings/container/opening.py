@@ -9,8 +9,6 @@ from typing import BinaryIO
 
 from recordings.beside import Beside
 
-__all__ = ["Opening"]
-
 
 class Opening:
     """A new file in a hidden place beside its own, until :meth:`place` gives it its name.

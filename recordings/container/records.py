@@ -13,11 +13,6 @@ from mcap.exceptions import McapError
 
 from recordings.limits import Limits
 
-__all__ = [
-    "CHUNK", "CHUNK_HEAD_BYTES", "FOOTER", "HEAD", "MAGIC", "Located", "chunk_head", "plausible_head", "record_at",
-    "summary_descriptions",
-]  # fmt: skip
-
 MAGIC = b"\x89MCAP0\r\n"
 HEAD = struct.Struct("<BQ")
 _CHUNK_HEAD = struct.Struct("<QQQII")

@@ -18,8 +18,6 @@ from mcap.data_stream import RecordBuilder
 from recordings.container.records import CHUNK, FOOTER, HEAD, MAGIC, Located, chunk_head, plausible_head, record_at
 from recordings.limits import Limits
 
-__all__ = ["Damage", "scan"]
-
 _CANDIDATE = re.compile(rb"[\x02\x06\x09\x0b\x0c\x0f](?=....\x00\x00\x00\x00)", re.DOTALL)
 """Records looked for after damage; schemas, channels and messages also stand inside chunks, and would mislead."""
 _CANDIDATE_LIMIT, _CANDIDATE_BYTES = 500_000, 64 << 20

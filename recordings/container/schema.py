@@ -14,8 +14,6 @@ from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message import DecodeError
 from google.protobuf.message_factory import GetMessageClass
 
-__all__ = ["EVENT", "INDICATOR", "SAMPLE_BLOCK", "STEP", "message_class", "schema_data", "schema_problem"]
-
 SAMPLE_BLOCK, STEP, EVENT, INDICATOR = "rig.SampleBlock", "rig.Step", "rig.Event", "rig.Indicator"
 """Full names of the four messages that stand on topics."""
 

@@ -23,8 +23,6 @@ from recordings.errors import InputError
 from recordings.limits import Limits
 from recordings.run import Samples
 
-__all__ = ["BlockStore", "Blocks", "Loader", "StoredSamples", "with_samples"]
-
 Series = Mapping[str, NDArray[np.float32]]
 
 

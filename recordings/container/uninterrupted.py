@@ -7,8 +7,6 @@ import threading
 from types import FrameType, TracebackType
 from typing import Any
 
-__all__ = ["UNINTERRUPTED"]
-
 
 class _Uninterrupted:
     """A context, entered again and again, at whose end signals come that arrived within it.

@@ -11,8 +11,6 @@ from recordings.container.assemble import Assembler
 from recordings.limits import Limits
 from recordings.run import DeviceSamples, SampleBlock
 
-__all__ = ["TIME_STEP_NS", "add_rows", "blocks_of", "device_from_rows", "to_float32"]
-
 BLOCK_SAMPLES = 4096
 TIME_STEP_NS = 2
 """Time stamps that stray less than this from even spacing, after rounding, belong to one block."""

@@ -23,8 +23,6 @@ from recordings.errors import InputError, blamed_on, reason_of
 from recordings.reader import open_input
 from recordings.run import DeviceSamples, Run
 
-__all__ = ["read_csv", "write_csv"]
-
 _HEAD, _DEVICE = "# rig run ", "# device "
 LINE_LIMIT, HEAD_LIMIT, ROW_LIMIT = 1 << 20, 128 << 20, 1 << 27
 """Characters of a row and of the metadata, rows of a device."""

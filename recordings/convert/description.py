@@ -13,8 +13,6 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from recordings.container.metadata import channel_record, parse_channel, parse_run
 from recordings.run import Channel, DeviceSamples, Event, Indicator, Run, Step, StepState
 
-__all__ = ["Description", "describe", "parse_description"]
-
 Time = Field(ge=0, lt=1 << 63)
 
 

@@ -21,8 +21,6 @@ from recordings.errors import InputError, blamed_on
 from recordings.reader import open_input
 from recordings.run import DeviceSamples, Run
 
-__all__ = ["load_arrays", "read_mat", "write_mat"]
-
 SIZE_LIMIT_BYTES = 2 << 30
 """Of the file, and of what it holds after decompression; a MATLAB 5 variable cannot be larger."""
 _CLASSES = {

@@ -10,8 +10,6 @@ import struct
 import zlib
 from typing import BinaryIO, Protocol
 
-__all__ = ["check_structure"]
-
 _HEADER_BYTES = 128
 _ORDERS = {b"\x00\x01IM": "<", b"\x01\x00MI": ">"}
 """Version and byte order at the end of the header."""

@@ -10,8 +10,6 @@ from recordings.convert.blocks import blocks_of
 from recordings.run import Event, Indicator, Run, SampleBlock, Step
 from recordings.writer import RunWriter
 
-__all__ = ["write_mcap"]
-
 
 def write_mcap(run: Run, path: str | Path) -> list[str]:
     """Write all of a run to MCAP, in order of time; nothing is left behind."""

@@ -15,8 +15,6 @@ from recordings.reader import read_run
 from recordings.run import Run
 from recordings.whole import refuse_existing, whole_file
 
-__all__ = ["FORMATS", "Format", "convert", "read_as"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Format:

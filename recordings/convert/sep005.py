@@ -19,8 +19,6 @@ from recordings.errors import InputError, blamed_on
 from recordings.quantities import known_quantities, quantity_of_unit
 from recordings.run import Channel, DeviceSamples, Run
 
-__all__ = ["from_sep005", "to_sep005"]
-
 STRAY = 0.5
 """Sampling intervals by which samples may be early or late and still be told by a sampling frequency alone."""
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)

@@ -27,8 +27,6 @@ from recordings.errors import InputError, blamed_on
 from recordings.reader import open_input
 from recordings.run import Channel, DeviceSamples, Event, Run
 
-__all__ = ["load_sets", "read_uff", "write_uff"]
-
 SIZE_LIMIT_BYTES = 512 << 20
 ATTACHMENT = "uff/"
 _TIME_RESPONSE, _REAL, _EVEN = 1, (2, 4), 1

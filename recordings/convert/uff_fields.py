@@ -13,8 +13,6 @@ from recordings.directions import axis_number
 from recordings.quantities import known_quantities, quantity, quantity_of_unit
 from recordings.run import Channel
 
-__all__ = ["channel_of", "fields_of", "quantity_of", "start_ns_of", "text_pairs"]
-
 LINE_LENGTH = 80
 REACTION_FORCE = 9
 """Specific data type of a force that nobody applied."""

@@ -18,8 +18,6 @@ from recordings.importing.mapping import Mapping
 from recordings.importing.signals import Signal, check_size
 from recordings.reader import open_input
 
-__all__ = ["read_delimited"]
-
 SIZE_LIMIT_BYTES = 2 << 30
 HEAD_BYTES = 1 << 16
 """In which the first lines of numbers are looked for."""

@@ -12,8 +12,6 @@ from scipy.signal import welch
 
 from recordings.importing.phasor_track import HOP, Part, straight_parts, track
 
-__all__ = ["Dwell", "find_dwells"]
-
 Array = NDArray[np.float64]
 
 SINE = 0.6

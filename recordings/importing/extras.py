@@ -8,8 +8,6 @@ from typing import Any
 
 from recordings.errors import InputError
 
-__all__ = ["extra"]
-
 
 def extra(module: str, path: Path, *, of: str = "import") -> Any:
     """A module of the extra `of`; raises InputError with what to install if it is missing."""

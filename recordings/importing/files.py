@@ -17,8 +17,6 @@ from recordings.importing.sound import read_sound
 from recordings.importing.universal import read_universal
 from recordings.reader import open_input
 
-__all__ = ["read_files"]
-
 
 def _read_parquet(path: Path) -> list[Signal]:
     from recordings.importing.parquet import read_parquet  # with pyarrow, 30 MB for tables alone

@@ -16,8 +16,6 @@ from recordings.importing.signals import Signal, check_size, columns_of
 if TYPE_CHECKING:
     import h5py
 
-__all__ = ["RATES", "is_hdf5", "read_hierarchical"]
-
 RATES = ("sample_rate_hz", "sample_rate", "samplerate", "sampling_rate", "sampling_frequency", "fs", "rate")
 """Names, in small letters, of attributes and single numbers that say the sample rate, Hz."""
 _UNITS = ("unit", "units", "Unit", "Units", "unit_string")

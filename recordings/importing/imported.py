@@ -20,8 +20,6 @@ from recordings.importing.time_axis import TimeAxis, axis_of
 from recordings.quantities import follows_excitation, known_quantities, quantity, quantity_of_unit
 from recordings.run import Channel, DeviceSamples, Run
 
-__all__ = ["Imported", "import_files"]
-
 LEAST_RATE_Hz = 10.0
 """Below this a time without a unit is not taken for seconds: nobody shakes a structure so slowly."""
 

@@ -6,8 +6,6 @@ import re
 
 from recordings.quantities import quantity_of_unit
 
-__all__ = ["TIME_UNITS", "channel_name", "is_time", "split_label", "unit_known"]
-
 TIME_UNITS = {
     "s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "µs": 1e-6,
     "μs": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0,

@@ -17,11 +17,6 @@ from recordings.quantities import known_quantities, quantity_of_unit
 from recordings.toml_input import Name, Table, read_toml
 from recordings.whole import whole_file
 
-__all__ = [
-    "ChannelMapping", "Mapping", "MappingQuestion", "mapping_beside", "parse_sensitivity", "read_mapping",
-    "write_mapping",
-]  # fmt: skip
-
 _SENSITIVITY = re.compile(r"([-+0-9.eE]+)\s*([mµuμ]?V)\s*/\s*\(?(.+?)\)?")
 
 

@@ -13,8 +13,6 @@ from recordings.importing.labels import split_label
 from recordings.importing.signals import Signal, check_size, columns_of
 from recordings.reader import open_input
 
-__all__ = ["read_matlab"]
-
 
 def read_matlab(path: Path) -> list[Signal]:
     """Columns of a MATLAB 5 or 7.3 file; arrays of one length are one table.

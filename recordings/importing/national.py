@@ -14,8 +14,6 @@ from recordings.importing.labels import split_label
 from recordings.importing.signals import Signal, check_size
 from recordings.reader import open_input
 
-__all__ = ["read_tdms"]
-
 
 def read_tdms(path: Path) -> list[Signal]:
     """Channels of numbers, each group a table; rate and start are those of the waveform's properties.

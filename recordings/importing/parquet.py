@@ -12,8 +12,6 @@ from recordings.errors import InputError
 from recordings.importing.labels import split_label
 from recordings.importing.signals import Signal, check_size
 
-__all__ = ["read_parquet"]
-
 
 def read_parquet(path: Path) -> list[Signal]:
     """Columns of numbers and times; a field's metadata ``unit`` goes before the unit in its name.

@@ -13,8 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["HOP", "Part", "straight_parts", "track"]
-
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from recordings.errors import InputError
 
-__all__ = ["MOST_VALUES", "Signal", "check_size", "columns_of"]
-
 MOST_VALUES = 1 << 27
 """Of one file, all columns together: 1 GiB as they are read; an hour of four channels at 9 kHz."""
 MOST_COLUMNS = 1024

@@ -12,8 +12,6 @@ from recordings.errors import InputError
 from recordings.importing.signals import Signal, check_size, columns_of
 from recordings.reader import open_input
 
-__all__ = ["read_sound"]
-
 
 def read_sound(path: Path) -> list[Signal]:
     """Every channel of a sound file.

@@ -12,8 +12,6 @@ from recordings.importing.dwells import Dwell, find_dwells
 from recordings.quantities import follows_excitation, known_quantities
 from recordings.run import DeviceSamples, Run, Step, StepState
 
-__all__ = ["found_steps"]
-
 LEAP = 8.0
 """A step of frequency that is so many times the sweep's usual one begins another sweep."""
 OTHER_SIZE = 0.25

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from recordings.importing.labels import TIME_UNITS
 
-__all__ = ["TimeAxis", "axis_of"]
-
 JITTER = 0.3
 """Sampling intervals by which a time may lie off the even grid."""
 DIGITS = 6

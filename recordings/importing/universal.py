@@ -10,8 +10,6 @@ from recordings.convert.uff import read_uff
 from recordings.errors import InputError
 from recordings.importing.signals import Signal
 
-__all__ = ["read_universal"]
-
 
 def read_universal(path: Path) -> list[Signal]:
     """All channels, in SI units, each device a table; raises InputError."""

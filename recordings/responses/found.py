@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from recordings.errors import InputError
 
-__all__ = ["SIZE_LIMIT_BYTES", "End", "FoundModes", "FoundResponse", "Responses"]
-
 SIZE_LIMIT_BYTES = 512 << 20
 """Of a file of responses."""
 LEAST_LINES = 16

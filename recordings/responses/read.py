@@ -10,8 +10,6 @@ from recordings.responses.found import Responses
 from recordings.responses.tables import has_responses, read_archive, read_csv
 from recordings.responses.universal import read_universal
 
-__all__ = ["are_responses", "read_responses"]
-
 READERS: dict[str, Callable[[Path], Responses]] = {
     **dict.fromkeys((".uff", ".unv"), read_universal),
     ".npz": read_archive,

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from recordings.quantities import known_quantities, quantity, quantity_of_unit
 
-__all__ = ["factor_of_label", "factor_of_labels"]
-
 
 def factor_of_label(label: str) -> tuple[str, float]:
     """Quantity of the response and factor to SI of a unit such as ``g/N``, ``(m/s^2)/N`` or ``in/s^2/lbf``.

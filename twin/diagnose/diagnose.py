@@ -41,8 +41,6 @@ from twin.identify.time_limit import time_is_up, time_limit
 from twin.rigs import Rig, foreign_preload, save_rig
 from twin.structure.plausibility import unlikely_units
 
-__all__ = ["HeldOutData", "diagnose", "diagnose_evidence", "notes_on"]
-
 
 @dataclass(frozen=True)
 class HeldOutData:

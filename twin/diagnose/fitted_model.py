@@ -25,8 +25,6 @@ from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals, LowRankWhitening
 
-__all__ = ["CauseHypothesis", "FitProblem", "FittedModel", "difference_step", "fit_model", "modification_of"]
-
 
 @dataclass(frozen=True)
 class CauseHypothesis:

@@ -14,8 +14,6 @@ from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.posterior import temperature
 from twin.diagnose.residual_columns import ResidualColumns
 
-__all__ = ["marginal_over_places"]
-
 
 def marginal_over_places(problem: FitProblem, tolerances: ResidualColumns | None) -> tuple[FitProblem, Array]:
     """The problem at the most probable places of its causes, and standard deviations (n,) of the unknowns about it.

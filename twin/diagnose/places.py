@@ -14,22 +14,6 @@ from twin.identify.model_modification import Attachment
 from twin.rigs import BeamPart, Place
 from twin.structure import NodeField, Structure
 
-__all__ = [
-    "along_beam",
-    "beam_labels",
-    "brought_along",
-    "from_told_place",
-    "node_field",
-    "part_labels",
-    "place_at",
-    "place_labels",
-    "point",
-    "position",
-    "searched_length",
-    "single_point",
-    "told_place",
-]
-
 
 def place_labels(evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
     """Where a place is searched: along the whole structure where one beam leads to the next, else on each part.

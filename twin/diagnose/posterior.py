@@ -15,20 +15,6 @@ from twin.diagnose.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
 
-__all__ = [
-    "LOG_ODDS_OF_A_CAUSE",
-    "LOG_ODDS_OF_UNKNOWN",
-    "RARER_IN_FREQUENCIES",
-    "SURE",
-    "Weighed",
-    "least_gain",
-    "log_odds",
-    "log_weight",
-    "probabilities",
-    "smallest_set",
-    "temperature",
-]
-
 LOG_ODDS_OF_A_CAUSE = float(np.log(0.01))
 """Of each cause beforehand, against none: of a hundred measured rigs some thirty have one of thirty-odd causes."""
 RARER_IN_FREQUENCIES = {"stiffness-loss": 0.01}

@@ -17,8 +17,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.responses import gather_responses
 from twin.rigs import Rig
 
-__all__ = ["diagnose_responses"]
-
 
 def diagnose_responses(
     files: Sequence[Responses],

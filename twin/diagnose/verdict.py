@@ -14,8 +14,6 @@ from twin.diagnose.signals import Finding, Sidebands
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
 
-__all__ = ["Posterior", "decide", "named_causes", "posterior_of", "rivals_of"]
-
 
 @dataclass(frozen=True)
 class Posterior:

@@ -19,8 +19,6 @@ from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.rigs import BeamPart, Place
 
-__all__ = ["SensorPlace", "best_sensor_place"]
-
 NEW = "new sensor"
 """Name of the channel that is predicted."""
 

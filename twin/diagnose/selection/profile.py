@@ -17,8 +17,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
 
-__all__ = ["highest_of_profile", "threshold_of"]
-
 
 def threshold_of(evidence: MeasuredData, fit: FittedModel) -> Parameter | None:
     """The threshold of the model's last cause, if it has one."""

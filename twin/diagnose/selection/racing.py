@@ -21,8 +21,6 @@ from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
 
-__all__ = ["THOROUGH", "USUAL", "WHATEVER", "Begun", "Effort", "Race", "likeliest", "once_more"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Effort:

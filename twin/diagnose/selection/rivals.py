@@ -21,8 +21,6 @@ from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
 from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
 
-__all__ = ["Report", "fitted_rivals"]
-
 Report = Callable[[str], None]
 """Told what is being done."""
 

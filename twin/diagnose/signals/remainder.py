@@ -8,8 +8,6 @@ import numpy as np
 from twin.arrays import Array
 from twin.diagnose.signals.limits import LIMITS
 
-__all__ = ["remainders"]
-
 
 def remainders(
     count: int, values: Callable[[Array], Array], columns: Callable[[Array], Array]

@@ -11,8 +11,6 @@ from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
 
-__all__ = ["nominal_base", "residual_model", "solves_modes", "sound_errors"]
-
 
 def residual_model(
     evidence: MeasuredData,

@@ -13,8 +13,6 @@ from twin.identify.nonlinear.opening_harmonics import OpeningBalance, Openings
 from twin.identify.residuals.error_model import ErrorSources
 from twin.identify.residuals.whitening import Whitening
 
-__all__ = ["Linearisation", "LostContact", "with_more"]
-
 
 @dataclass(frozen=True)
 class LostContact:

@@ -26,8 +26,6 @@ from twin.rigs import Rig
 from twin.rigs.structure_rig import StructureRig
 from twin.structure import Structure
 
-__all__ = ["MeasuredFrequencies", "StateFrequencies", "measured_frequencies", "states_of"]
-
 Array = NDArray[np.float64]
 
 KINDS = ("normal_modulus", "shear_modulus")
