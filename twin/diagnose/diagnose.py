@@ -62,7 +62,6 @@ def diagnose(
     source: str = "rig",
     out: Path | None = None,
     causes: Mapping[str, Cause] = CAUSES,
-    most: int = 3,
     thorough: bool = False,
     exclude: Sequence[str] = (),
     report: Report = lambda text: None,
@@ -124,7 +123,7 @@ def diagnose(
         notes += beyond
     return diagnose_evidence(
         replace(sound, evidence=evidence, findings=tuple(findings)), HeldOutData(unseen, held_out, aside),
-        causes=causes, out=out, notes=notes, most=most, thorough=thorough, exclude=exclude, begun=begun, report=report,
+        causes=causes, out=out, notes=notes, thorough=thorough, exclude=exclude, begun=begun, report=report,
     )  # fmt: skip
 
 
@@ -136,7 +135,6 @@ def diagnose_evidence(
     out: Path | None,
     notes: tuple[str, ...],
     begun: float,
-    most: int = 3,
     thorough: bool = False,
     exclude: Sequence[str] = (),
     unseeable: Sequence[Exclusion] = (),
@@ -154,7 +152,7 @@ def diagnose_evidence(
         Causes that such data cannot show at all.
     """
     evidence, findings, unseen = sound.evidence, [*sound.findings], held_out.evidence
-    search = search_causes(evidence, causes, most=most, effort=THOROUGH if thorough else USUAL, report=report)
+    search = search_causes(evidence, causes, effort=THOROUGH if thorough else USUAL, report=report)
     if not search.complete:
         beside = f" beside {search.model.name}" if search.model.hypotheses else ""
         notes = (f"the time limit ended the search: what else there may be{beside} is not known", *notes)
