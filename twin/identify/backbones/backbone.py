@@ -195,8 +195,8 @@ def _law(fit: _Fit, frequency: RobustCurve, damping: RobustCurve, amplitude: Arr
         amplitude_m_per_s2=knots.tolist(),
         frequency_Hz=frequency(knots).tolist(),
         damping_ratio=zeta.tolist(),
-        frequency_std_Hz=np.hypot(frequency.std(knots), stray_f).tolist(),
-        damping_relative_std=np.hypot(damping.std(knots) / zeta, stray_d).tolist(),
+        frequency_std_Hz=(frequency.widened * np.hypot(frequency.std(knots), stray_f)).tolist(),
+        damping_relative_std=(damping.widened * np.hypot(damping.std(knots) / zeta, stray_d)).tolist(),
         force_relative_std=float(np.sqrt(np.mean(fit.rms**2))),
     )
 

@@ -112,8 +112,14 @@ def _relative_force_std(law: ModalLaw, f: Array, A: Array) -> Array:
     """Of the force needed: from the frequency's and the damping's uncertainty, and the residual of the fits."""
     knots = np.array(law.amplitude_m_per_s2)
     a = np.clip(A, knots[0], knots[-1])
-    f_std = np.interp(a, knots, law.frequency_std_Hz)
-    d_std = np.interp(a, knots, law.damping_relative_std)
+
+    def std(table: list[float], law: Array) -> Array:
+        """Between knots; beyond them the law is held, and errs by what it would have gone on by."""
+        slopes = np.diff(law) / np.diff(knots)
+        return np.hypot(np.interp(a, knots, table), np.where(a > A, slopes[0], slopes[-1]) * (A - a))
+
+    f_std = std(law.frequency_std_Hz, np.array(law.frequency_Hz))
+    d_std = std(law.damping_relative_std, np.log(law.damping_ratio))
     small, base = 1e-4, _force(law, f, A)
 
     def by(name: str, at: float = 0.0) -> Array:

@@ -3,10 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import norm
 from scipy.stats import t as student
 
 from twin.arrays import Array
 from twin.identify.limits import LIMITS
+
+UPPER_END = 0.975
+"""Quantile at the upper end of a central interval of 95 %."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,12 @@ class RobustCurve:
     def order(self) -> int:
         """Of the polynomial."""
         return len(self.coefficients) - 1
+
+    @property
+    def widened(self) -> float:
+        """By what a deviation is larger for 1.96 of them to hold 95 %: it is itself known from few values only."""
+        freedom = max(len(self.left_out) - len(self.coefficients), 1)
+        return float(student.ppf(UPPER_END, freedom) / norm.ppf(UPPER_END))
 
     def __call__(self, x: Array | float) -> Array:
         """The curve at `x`."""

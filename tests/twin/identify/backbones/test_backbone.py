@@ -1,6 +1,7 @@
 """Amplitude-dependent modes: a known law comes back, all branches are found, the Brake-Reuss beam is predicted."""
 
 from functools import partial
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -152,6 +153,19 @@ def test_brake_reuss_bands_hold_the_measured_sweeps(beam):
     inside = np.abs(held.force_N - d["force_N"]) < 2 * held.std
     assert np.mean(inside) > 0.85
     assert np.median(held.std / held.force_N) < 0.08, "bands that hold everything by being wide say nothing"
+
+
+def test_brake_reuss_intervals_hold_any_two_sweeps_left_out():
+    """The lowest, the highest and the shifted one among them: 85 to 99 % of all steps lie in 95 % intervals."""
+    measured = sorted(read_sweeps(TABLE), key=lambda sweep: sweep.amplitude)
+    inside = []
+    for pair in combinations(measured, 2):
+        law = identify_backbone([sweep for sweep in measured if sweep not in pair], name="brake-reuss").law
+        for sweep in pair:
+            held = predict_held(law, sweep.frequency_Hz, sweep.acceleration_m_per_s2)
+            inside.append(np.abs(held.force_N - sweep.force_N) < 1.96 * held.std)
+    assert len(inside) == 56
+    assert 0.85 < np.mean(inside) < 0.99
 
 
 def test_a_modal_model_survives_its_file_and_rubbish_is_refused(beam, tmp_path):
