@@ -105,10 +105,10 @@ def _lead(
             _add_rows(dy, a, inverse, free, locals_)
         for a in range(locals_):
             _add_rows(force, a, T, dy, locals_)
+        for b in range(locals_, rows):
+            _add_rows(free, b, H, force, locals_)
         for e in range(laws):
             first, b = m + e * depth, auxiliary[e]
-            if b >= 0:
-                _add_rows(free, b, H, force, locals_)
             for i in range(depth):
                 _clear(moved, i)
                 _add(moved, i, slopes.memory[e, i, depth], dy, coordinate[e])
