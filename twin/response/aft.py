@@ -33,7 +33,7 @@ def fourier_basis(harmonics: int, samples: int) -> Array:
     return np.array(rows)
 
 
-def alternation(kind: int, p: Array) -> Any:
+def aft_kernel(kind: int, p: Array) -> Any:
     """The kernel for an element with a row of parameters: only those are compiled that a rig's laws need.
 
     The running loss and a force factor have :func:`running` and :func:`alternate_pair`.
@@ -59,7 +59,7 @@ def alternate(kind: int, p: Array, row: int, c: Array, basis: Array, F: Array, J
     F, J
         Filled.
     """
-    alternation(kind, p[row])(kind, p, row, c, basis, F, J)
+    aft_kernel(kind, p[row])(kind, p, row, c, basis, F, J)
 
 
 @COMPILED

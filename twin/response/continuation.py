@@ -17,7 +17,7 @@ from twin.arrays import Array
 from twin.joint.calling import address, call_kernel
 from twin.joint.kernel import COMPILED, INNER
 from twin.joint.kinds import FORCE_FACTOR, RUNNING_LOSS
-from twin.response.aft import alternation
+from twin.response.aft import aft_kernel
 from twin.response.kernel import drive_slope, forces, residual, rounding, transfer
 from twin.response.limits import LIMITS
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
@@ -77,7 +77,7 @@ def with_kernels(s: System) -> System:
     course, single = Course(0.0, 0.0, 0.0, True, 0.0, 0.0, True), (0, m, 0, v, m, v, m)
     given = {RUNNING_LOSS: (m, 0, v, 0.0, 0.0, v, m, m), FORCE_FACTOR: (m, 0, v, v, m, v, np.empty((0, 0, 0)))}
     for e, (kind, row) in enumerate(zip(s.elements[0].tolist(), s.parameters, strict=True)):
-        s.elements[3, e] = address(alternation(kind, row), *given.get(kind, single))
+        s.elements[3, e] = address(aft_kernel(kind, row), *given.get(kind, single))
     at = Addresses(
         transfer=address(transfer, s, 0.0, a, a),
         forces=address(forces, s, m, 0.0, m, m),

@@ -48,7 +48,7 @@ class System(NamedTuple):
     """Direct transmission, (O, I)."""
     elements: Array
     """Kind, coordinate and auxiliary row of each element, as in :class:`twin.bench.marching.Elements`, and where its
-    kernel is, from :func:`twin.response.aft.alternation`, (4, E)."""
+    kernel is, from :func:`twin.response.aft.aft_kernel`, (4, E)."""
     scale: Array
     parameters: Array
     """Elements, as in :class:`twin.bench.marching.Elements`."""

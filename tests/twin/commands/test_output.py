@@ -12,6 +12,7 @@ from rich.console import Console
 from twin.commands.common import output
 from twin.commands.common.stages import Stages
 from twin.commands.diagnose import _tell
+from twin.diagnose.answer.exclusion import Exclusion
 from twin.diagnose.answer.result import Estimate, NamedCause
 
 NAME = "up[/x] [red]\x1b[2J"
@@ -47,7 +48,8 @@ def test_a_diagnosis_of_such_channels_and_sweeps_is_told(screen: io.StringIO, tm
         cause="channel-gain", summary="", probability=0.99, confused_with=(), in_model=True,
         parameters={"channel": NAME, "gain": Estimate(1.1, 0.01)},
     )  # fmt: skip
-    _tell(SimpleNamespace(diagnosis=SimpleNamespace(causes=(cause,))), data, tmp_path / "out[x]", ["result.json"])
+    diagnosis = SimpleNamespace(causes=(cause,), excluded=())
+    _tell(SimpleNamespace(diagnosis=diagnosis), data, tmp_path / "out[x]", ["result.json"])
     shown = screen.getvalue()
     assert shown.count(SHOWN) == 4
     assert "out[x]/result.json" in shown
@@ -59,12 +61,10 @@ def test_an_answer_of_nothing_wrong_tells_the_tightest_limits(screen: io.StringI
         "verdict": "none", "answer": "Nothing needs to be named.", "causes": [], "gain": None, "notes": [],
         "misfit": {"chi2_per_dof": 0.9, "after": 0.9, "threshold": 2.0}, "seconds": 3.0, "next_test": None,
         "assumed": [],
-        "excluded": [
-            {"cause": cause, "parameter": "mass_kg", "limit_95": limit, "where": {}} for cause, limit in limits.items()
-        ],
     }  # fmt: skip
-    _tell(SimpleNamespace(diagnosis=SimpleNamespace(causes=())), data, tmp_path, [])
-    told = "added-mass, mass_kg 2.1e-05; end-mass, mass_kg 3e-05; drive-mass, mass_kg 4e-05\n"
+    excluded = [Exclusion(cause, "mass_kg", limit, {}) for cause, limit in limits.items()]
+    _tell(SimpleNamespace(diagnosis=SimpleNamespace(causes=(), excluded=excluded)), data, tmp_path, [])
+    told = "added-mass, mass 21 mg; end-mass, mass 30 mg; drive-mass, mass 40 mg\n"
     assert f"at most this could hide (95 %): {told}" in screen.getvalue()
 
 

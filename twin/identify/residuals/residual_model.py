@@ -85,14 +85,11 @@ class ResidualModel(ForwardModel):
 
     def evaluate(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Prediction:
         """Residual of all evidence, with its sensitivities unless they are not wanted (the jacobian is zero then)."""
-        residuals, jacobians, blocks = [], [], []
-        row = 0
-        for name, (r, J) in self._blocks(baseline, sensitivities):
-            residuals.append(r)
-            jacobians.append(J)
-            blocks.append((name, slice(row, row + len(r))))
-            row += len(r)
-        return Prediction(np.concatenate(residuals), np.vstack(jacobians), tuple(blocks))
+        names, found = zip(*self._blocks(baseline, sensitivities), strict=True)
+        residuals, jacobians = zip(*found, strict=True)
+        ends = np.cumsum([0, *map(len, residuals)])
+        blocks = tuple((name, slice(*map(int, rows))) for name, *rows in zip(names, ends, ends[1:], strict=False))
+        return Prediction(np.concatenate(residuals), np.vstack(jacobians), blocks)
 
     def _blocks(self, baseline: BaselineParameters, sensitivities: bool) -> list[tuple[str, tuple[Array, Array]]]:
         held = self._held or self.linearisation(baseline, sensitivities=sensitivities)
@@ -345,15 +342,9 @@ class ResidualModel(ForwardModel):
         return -np.asarray(np.einsum("shop,sphu->shou", at, forces[:, :, self.harmonics.orders - 1]))
 
     def _base_change(
-        self,
-        model: LinearModel,
-        R: Array,
-        omega: Array,
-        baseline: BaselineParameters,
-        time_s: Array,
-        ports: Array,
+        self, model: LinearModel, R: Array, omega: Array, baseline: BaselineParameters, time_s: Array, ports: Array,
         into: Array,
-    ) -> Array:
+    ) -> Array:  # fmt: skip
         """D displacement / d base parameters (f, q, b): the extension's factors on the moduli are factors on theirs."""
         change = model.displacement_sensitivity(R, omega, baseline.base, ports, into)
         more_E, more_G = self.moduli_factors
