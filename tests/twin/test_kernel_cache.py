@@ -83,13 +83,10 @@ def test_other_kernels_are_called_in_their_own_file_alone():
     """numba notices their change only there."""
     package = Path(kernel_cache.__file__).parent
     counted = {path for sources in kernel_cache.CALLED_ELSEWHERE for path in package.glob(sources)}
+    decorated = re.compile(r"^@.*(?:COMPILED|INNER|BORROWING|njit).*\ndef (\w+)", re.MULTILINE)
     sources = {path: path.read_text() for path in package.rglob("*.py")}
-    kernels = {path: text for path, text in sources.items() if "twin.joint.kernel" in text or "njit" in text}
-    others = [
-        (path, name)
-        for path in kernels.keys() - counted
-        for name in re.findall(r"^@.*(?:COMPILED|INNER|BORROWING|njit).*\ndef (\w+)", kernels[path], re.MULTILINE)
-    ]
+    kernels = {path: names for path, text in sources.items() if (names := decorated.findall(text))}
+    others = [(path, name) for path in kernels.keys() - counted for name in kernels[path]]
     assert others
     for own, name in others:
-        assert [path for path in kernels if re.search(rf"\b{name}\(", kernels[path])] == [own]
+        assert [path for path in kernels if re.search(rf"\b{name}\(", sources[path])] == [own]

@@ -97,9 +97,8 @@ class Page:
             numbers=(1,),
         )
         made = f"Made on {datetime.now(UTC):%Y-%m-%d at %H:%M} UTC by virtual-test-rig {version('virtual-test-rig')}."
-        return Section(
-            title="How this was made", texts=[made], tables=[table] if files else [], commands=commands
-        )  # fmt: skip
+        tables = [table] if files else []
+        return Section(title="How this was made", texts=[made], tables=tables, commands=commands)
 
 
 def _sha256(path: Path) -> str:
