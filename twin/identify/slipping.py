@@ -10,7 +10,8 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.joint.calling import address, call_kernel
-from twin.joint.elimination import COMPILED, INNER, eliminate
+from twin.joint.compilation import COMPILED, INNER
+from twin.joint.elimination import eliminate
 
 RIPPLES = (3, 5, 7)
 """Harmonics of the slip that are balanced.  Without the third a slip force comes out wrong by several per cent."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from twin.arrays import Array
 from twin.identify.linear.receptance import ModalBasis
-from twin.joint.elimination import INNER, INSIDE, OPTIONS
+from twin.joint.compilation import INNER, INSIDE, OPTIONS
 
 
 @dataclass(frozen=True)

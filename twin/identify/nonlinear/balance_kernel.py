@@ -14,7 +14,8 @@ import numpy as np
 from twin.arrays import Array
 from twin.identify.slipping import LEAST_SLIP, RIPPLES, room_to_slide
 from twin.joint.calling import call_kernel
-from twin.joint.elimination import COMPILED, INNER, eliminate, eliminate_columns
+from twin.joint.compilation import COMPILED, INNER
+from twin.joint.elimination import eliminate, eliminate_columns
 
 
 class PackedPorts(NamedTuple):

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from twin.arrays import Array
-from twin.joint.elimination import COMPILED, INNER, eliminate, eliminate_columns
+from twin.joint.compilation import COMPILED, INNER
+from twin.joint.elimination import eliminate, eliminate_columns
 
 
 class Around(NamedTuple):

@@ -7,7 +7,7 @@ import gc
 import numba
 import pytest
 
-import twin.joint.elimination  # noqa: F401
+import twin.joint.compilation  # noqa: F401
 
 
 @pytest.mark.parametrize("collecting", [True, False])
