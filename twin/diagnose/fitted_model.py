@@ -12,7 +12,7 @@ from twin.diagnose.residual_columns import ResidualColumns
 from twin.identify.base_fit import baseline_bounds
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.cholesky import Cholesky
-from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
+from twin.identify.gauss_newton import Solution, StepRule, minimise, minimise_reweighted
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import largest_step
 from twin.identify.measured_data import MeasuredData
@@ -43,6 +43,26 @@ class CauseHypothesis:
     def modification(self, evidence: MeasuredData) -> ModelModification:
         """How it acts in a prediction."""
         return self.cause.modification(evidence, self.label, self.values)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitOptions:
+    """How far a fit goes, and what moves in it."""
+
+    iterations: int = 12
+    """Most of each Gauss-Newton search."""
+    tolerance: float = 0.1
+    """Of each search, see :func:`~twin.identify.gauss_newton.minimise`."""
+    rounds: int = LIMITS.base_fit_reweighted
+    """Most searches that follow the first one, each with the weights at the last one's end, while they gain anything;
+    none where another fit begins at the end of this one anyway."""
+    held: tuple[int, str] | None = None
+    """Number of a cause, and the name of its parameter that keeps its value."""
+    frozen: bool = False
+    """Whether all causes keep theirs."""
+    exact: bool = False
+    """Where the model error is inferred, whether errors below a sound rig's matter, too: not to compare rivals, but
+    parameters that make up for each other are found with the errors alone that the data ask for."""
 
 
 @dataclass(frozen=True)
@@ -91,10 +111,8 @@ class FitProblem:
         Causes with the values to begin from.
     errors
         What the model may be wrong by beside the noise; as sound rigs' by default.
-    held
-        Number of a cause, and the name of its parameter that keeps its value.
-    frozen
-        Whether all causes keep theirs.
+    held, frozen
+        As in :class:`FitOptions`.
 
     Attributes
     ----------
@@ -270,34 +288,27 @@ def fit_model(
     hypotheses: tuple[CauseHypothesis, ...],
     *,
     errors: ErrorModel | None = None,
-    iterations: int = 12,
-    tolerance: float = 0.1,
-    rounds: int = LIMITS.base_fit_reweighted,
-    held: tuple[int, str] | None = None,
-    frozen: bool = False,
     tolerances: ResidualColumns | None = None,
+    options: FitOptions = FitOptions(),
 ) -> FittedModel:
     """Fit the base family together with the causes' parameters, at one model error.
 
     Parameters
     ----------
-    start, hypotheses, errors, held, frozen
+    start, hypotheses, errors
         As for :class:`FitProblem`.
-    iterations, tolerance
-        Of each Gauss-Newton search.
-    rounds
-        Most searches that follow the first one, each with the weights at the last one's end, while they gain anything;
-        none where another fit begins at the end of this one anyway.
     tolerances
         What sound rigs have of every cause, which is integrated over; nothing by default.
     """
-    if not frozen:
+    if not options.frozen:
         shared = []
         for hypothesis in hypotheses:
             start, values = hypothesis.cause.shared(evidence, hypothesis.label, start, hypothesis.values)
             shared.append(replace(hypothesis, values=values))
         hypotheses = tuple(shared)
-    problem = FitProblem(evidence, harmonics, start, hypotheses, errors=errors, held=held, frozen=frozen)
+    problem = FitProblem(
+        evidence, harmonics, start, hypotheses, errors=errors, held=options.held, frozen=options.frozen
+    )
 
     def solve(x: Array, *, iterations: int) -> Solution:
         problem.weigh(x)
@@ -308,19 +319,16 @@ def fit_model(
             return white(r), white(J)
 
         return minimise(
-            evaluate,
-            x,
-            mean=problem.mean,
-            precision=problem.precision,
-            bounds=problem.bounds,
-            iterations=iterations,
-            tolerance=tolerance,
-            largest_step=problem.largest_step,
-            moved=problem.moved,
-            residual_alone=lambda x: white(problem.predict(x).residual),
-        )
+            evaluate, x, mean=problem.mean, precision=problem.precision, iterations=iterations,
+            tolerance=options.tolerance, steps=StepRule(
+                bounds=problem.bounds, largest=problem.largest_step, moved=problem.moved,
+                residual_alone=lambda x: white(problem.predict(x).residual),
+            ),
+        )  # fmt: skip
 
-    solution = minimise_reweighted(solve, problem.x0, rounds=rounds, tolerance=tolerance, iterations=iterations)
+    solution = minimise_reweighted(
+        solve, problem.x0, rounds=options.rounds, tolerance=options.tolerance, iterations=options.iterations
+    )
     return fitted(problem, solution)
 
 

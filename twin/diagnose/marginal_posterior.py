@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from twin.arrays import Array
 from twin.diagnose.cause import Parameter
-from twin.diagnose.fitted_model import FitProblem, fit_model
+from twin.diagnose.fitted_model import FitOptions, FitProblem, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.posterior import temperature
 from twin.diagnose.residual_columns import ResidualColumns
+
+_BESIDE = FitOptions(iterations=LIMITS.beside_iterations, tolerance=2.0, rounds=0)
 
 
 def marginal_over_places(problem: FitProblem, tolerances: ResidualColumns | None) -> tuple[FitProblem, Array]:
@@ -81,8 +83,7 @@ class _Expansion:
         x = np.clip(problem.moved(problem.x0, along * away), lower, upper)
         fit = fit_model(
             problem.evidence, problem.harmonics, problem.baseline(x), problem.hypotheses(x), errors=problem.errors,
-            iterations=LIMITS.beside_iterations, tolerance=2.0, rounds=0, held=(cause, parameter.name),
-            tolerances=tolerances,
+            tolerances=tolerances, options=replace(_BESIDE, held=(cause, parameter.name)),
         )  # fmt: skip
         return FitProblem(problem.evidence, problem.harmonics, fit.baseline, fit.hypotheses, errors=problem.errors)
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from twin.arrays import Array
-from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model
+from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FitProblem, FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.marginal_posterior import marginal_over_places
@@ -33,8 +33,10 @@ from twin.identify.residuals.error_model import (
 from twin.identify.residuals.likelihood import sound_errors
 from twin.identify.residuals.whitening import HarmonicResiduals
 
-__all__ = ["fit_with_errors", "infer_errors", "unexplained", "with_spread"]
+__all__ = ["REFITTED", "fit_with_errors", "infer_errors", "unexplained", "with_spread"]
 
+REFITTED = FitOptions(tolerance=0.3)
+"""Of a fit that another follows, at the error inferred about it."""
 GRID = (0.3, 3.0, 30.0, 300.0)
 """Errors over a sound rig's from which the likeliest are looked for."""
 CLOSE = np.log(1.5)
@@ -127,36 +129,17 @@ def fit_with_errors(
     *,
     errors: ErrorModel | None = None,
     tolerances: ResidualColumns | None = None,
-    tolerance: float = 0.3,
-    exact: bool = False,
-    frozen: bool = False,
+    options: FitOptions = REFITTED,
 ) -> FittedModel:
     """Fit a model and infer its error, in turn; the likeliest of these fits, with its log evidence.
 
     That is -inf where the residual is not finite at the start: the model cannot be there.
-
-    Parameters
-    ----------
-    exact
-        Whether errors below a sound rig's matter, too: not to compare rivals, but parameters that make up for each
-        other are found with the errors alone that the data ask for.
-    frozen
-        Whether the causes keep their values.
     """
     errors = errors or sound_errors(evidence)
-    least = -np.inf if exact else sound_errors(evidence).log_sizes[:OF_SOFTENING]
+    least = -np.inf if options.exact else sound_errors(evidence).log_sizes[:OF_SOFTENING]
     likeliest: FittedModel | None = None
     for _ in range(LIMITS.model_evidence_refitted):
-        model = fit_model(
-            evidence,
-            harmonics,
-            start,
-            hypotheses,
-            errors=errors,
-            tolerance=tolerance,
-            tolerances=tolerances,
-            frozen=frozen,
-        )
+        model = fit_model(evidence, harmonics, start, hypotheses, errors=errors, tolerances=tolerances, options=options)
         if model.solution.ended == "not finite":
             return likeliest or replace(model, log_evidence=-np.inf)
         start, hypotheses = model.baseline, model.hypotheses

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.frequency_shifts import unshifted
-from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
+from twin.identify.gauss_newton import Solution, StepRule, minimise, minimise_reweighted
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import base_bounds, largest_step
 from twin.identify.linear.linear_model import LinearParameters
@@ -226,6 +226,6 @@ class _Search:
         # Few frequencies may leave a modulus open, which would run off.
         largest = largest_step(start.base) if isinstance(model, FrequencyModel) else None
         return minimise(
-            evaluate, x, mean=mean, precision=precision, bounds=self.bounds, iterations=iterations,
-            tolerance=self.tolerance, largest_step=largest,
+            evaluate, x, mean=mean, precision=precision, iterations=iterations, tolerance=self.tolerance,
+            steps=StepRule(bounds=self.bounds, largest=largest),
         )  # fmt: skip

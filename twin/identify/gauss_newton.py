@@ -55,6 +55,22 @@ class Solution:
         return Cholesky.of(self.information).inverse
 
 
+@dataclass(frozen=True, kw_only=True)
+class StepRule:
+    """Where the steps of a search may lead, and along what."""
+
+    bounds: tuple[Array, Array] | None = None
+    """Lower and upper limits; the start and all steps are cut to stay inside."""
+    largest: Array | None = None
+    """Largest change of each parameter in one iteration."""
+    moved: Callable[[Array, Array], Array] = np.add
+    """Parameters after a step, to first order their sum: along a curve that bends as the residual does."""
+    residual_alone: Callable[[Array], Array] | None = None
+    """Returns the residual only.  With it steps follow the residual's curvature (geodesic acceleration: Transtrum and
+    Sethna 2012): where parameters make up for each other the valley bends, and straight steps must be tiny.  Once a
+    step has failed, derivatives are computed only where the residual alone says that the cost is lower."""
+
+
 def not_held_back(x: Array, pull: Array, lower: Array, upper: Array) -> Array:
     """Which parameters are free to follow `pull`, the direction of descent: all but those at a limit it points past."""
     return np.asarray(~(((x <= lower) & (pull < 0)) | ((x >= upper) & (pull > 0))))
@@ -67,12 +83,9 @@ def minimise(
     *,
     mean: Array,
     precision: Array,
-    bounds: tuple[Array, Array] | None = None,
     iterations: int = 30,
     tolerance: float = 0.03,
-    largest_step: Array | None = None,
-    moved: Callable[[Array, Array], Array] = np.add,
-    residual_alone: Callable[[Array], Array] | None = None,
+    steps: StepRule = StepRule(),
 ) -> Solution:
     """Minimise |r(x)|^2 + (x - mean)' precision (x - mean).
 
@@ -83,21 +96,12 @@ def minimise(
         finite counts as a failed step; at the start it ends the search there, which the solution tells.
     precision : ndarray, (n, n)
         Inverse covariance of the prior; positive on the whole diagonal, which also scales the damping.
-    bounds
-        Lower and upper limits; the start and all steps are cut to stay inside.
     tolerance
         Stops where an undamped step promises less than this, in units of the cost per degree of freedom, or where an
         iteration gains less though it promised more.
-    largest_step
-        Largest change of each parameter in one iteration.
-    moved
-        Parameters after a step, to first order their sum: along a curve that bends as the residual does.
-    residual_alone
-        Returns the residual only.  With it steps follow the residual's curvature (geodesic acceleration: Transtrum and
-        Sethna 2012): where parameters make up for each other the valley bends, and straight steps must be tiny.  Once
-        a step has failed, derivatives are computed only where the residual alone says that the cost is lower.
     """
-    lower, upper = bounds or (np.full(len(start), -np.inf), np.full(len(start), np.inf))
+    moved, residual_alone = steps.moved, steps.residual_alone
+    lower, upper = steps.bounds or (np.full(len(start), -np.inf), np.full(len(start), np.inf))
     # Limits may have moved since the start was found, as a law's do with E'; a step is tried inside them alone.
     x = np.clip(np.asarray(start, float), lower, upper)
     residual, J = evaluate(x)
@@ -117,7 +121,7 @@ def minimise(
         free = not_held_back(x, gradient, lower, upper)
         small = tolerance * max(1.0, (chi2 + penalty) / max(1, len(residual)))
         room = lower - x, upper - x
-        newton = _step_inside(A, gradient, free, room, largest_step)
+        newton = _step_inside(A, gradient, free, room, steps.largest)
         promised = float(newton @ (2 * gradient - A @ newton))
         here: Ending = "settled" if promised < small else "stuck"
         if promised < LIMITS.gauss_newton_left * small or gained_little:
@@ -126,18 +130,18 @@ def minimise(
         accepted = at_once = False
         for trial_number in range(LIMITS.gauss_newton_trials):
             scaled = A + damping * np.diag(np.diag(A))
-            step = _step_inside(scaled, gradient, free, room, largest_step)
+            step = _step_inside(scaled, gradient, free, room, steps.largest)
             if not np.isfinite(step).all():
                 damping *= 8.0
                 continue
-            step *= _shorter(step, largest_step)
+            step *= _shorter(step, steps.largest)
             trial = np.clip(moved(x, step), lower, upper)
             promising = True
             if residual_alone is not None and bends:
                 ahead = residual_alone(np.clip(moved(x, LIMITS.gauss_newton_probed * step), lower, upper))
                 turn = _turn(step, free, scaled, J, (ahead - residual) / LIMITS.gauss_newton_probed + J @ step)
                 # Where unknowns nearly make up for each other, damping turns a step off the valley.
-                straight = 0.5**trial_number * newton * _shorter(newton, largest_step)
+                straight = 0.5**trial_number * newton * _shorter(newton, steps.largest)
                 tried = [
                     np.clip(moved(x, each), lower, upper) for each in (step + turn, straight) if np.isfinite(each).all()
                 ]

@@ -18,7 +18,7 @@ from recordings.errors import InputError
 from recordings.quantities import quantity
 from recordings.responses import Responses
 from twin.arrays import Array
-from twin.identify.gauss_newton import Solution, minimise
+from twin.identify.gauss_newton import Solution, StepRule, minimise
 from twin.identify.responses.matching import Matched, match_responses
 from twin.identify.responses.reduction import noise_of
 from twin.substructuring.expansion import Expansion
@@ -226,7 +226,7 @@ def identify_joints(parts: Substructures, file: Responses) -> JointFit:
     for loose in LIMITS.loose:
         solution = minimise(
             lambda x, loose=loose: residual(x, loose), x, mean=x0, precision=precision,  # type: ignore[misc]
-            bounds=(lower, upper),
+            steps=StepRule(bounds=(lower, upper)),
         )  # fmt: skip
         x = solution.x
     chi2 = solution.chi2 / max(1, 2 * int(seen.sum()) - joints)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fit_model, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FitProblem, fit_model, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import fit_base
 from twin.identify.measured_data import gather_data
@@ -95,8 +95,8 @@ def test_causes_that_are_frozen_keep_their_values_and_moduli_their_own(fitted_re
     evidence, harmonics, baseline = fitted_recordings
     values = {"log_normal_factor": -0.2, "log_shear_factor": -0.4}
     given = (CauseHypothesis(CAUSES["joint-stiffness"], {}, values, {}),)
-    frozen = fit_model(evidence, harmonics, baseline, given, iterations=0, rounds=0, frozen=True)
+    frozen = fit_model(evidence, harmonics, baseline, given, options=FitOptions(iterations=0, rounds=0, frozen=True))
     assert frozen.hypotheses[0].values == values
     np.testing.assert_array_equal(frozen.baseline.vector, baseline.vector)
-    free = fit_model(evidence, harmonics, baseline, given, iterations=0, rounds=0)
+    free = fit_model(evidence, harmonics, baseline, given, options=FitOptions(iterations=0, rounds=0))
     assert free.hypotheses[0].values["log_shear_factor"] != values["log_shear_factor"]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fit_model, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FitProblem, fit_model, modification_of
 from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.marginal_posterior import marginal_over_places
 from twin.diagnose.models import CAUSES
@@ -43,7 +43,9 @@ def evidence_of(campaign):
 
 def found_in(evidence, mass_kg, position_m=PLACE_m, held=None):
     """The problem at its fit, with one place held or with all free."""
-    fit = fit_model(evidence, None, starting_baseline(evidence), (mass(mass_kg, position_m),), held=held)
+    fit = fit_model(
+        evidence, None, starting_baseline(evidence), (mass(mass_kg, position_m),), options=FitOptions(held=held)
+    )
     return FitProblem(evidence, None, fit.baseline, fit.hypotheses, held=held)
 
 

@@ -16,7 +16,7 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose import in_processes
-from twin.diagnose.fitted_model import CauseHypothesis, fit_model, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, fit_model, modification_of
 from twin.diagnose.models import CAUSES
 from twin.diagnose.parallel_map import parallel_map
 from twin.identify.base_fit import fit_base
@@ -143,7 +143,7 @@ def test_a_fit_elsewhere_is_the_fit_here(fitted):
         for mass in (1e-4, 1e-3)
         for position in (0.2, 0.3)
     ]
-    settled = partial(fit_model, tolerance=1e-3, iterations=30)
+    settled = partial(fit_model, options=FitOptions(tolerance=1e-3, iterations=30))
     alone = parallel_map(settled, (evidence, None), field)
     with in_processes(2):
         together = parallel_map(settled, (evidence, None), field)

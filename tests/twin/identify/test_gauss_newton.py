@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from twin.identify.gauss_newton import minimise, minimise_reweighted
+from twin.identify.gauss_newton import StepRule, minimise, minimise_reweighted
 from twin.identify.time_limit import time_limit
 
 t = np.linspace(0.0, 4.0, 60)
@@ -93,8 +93,9 @@ def test_one_parameter_at_its_limit_leaves_the_others_at_their_best(seed):
     y = A @ np.array([1.0, -0.5, 2.0]) + rng.standard_normal(30)
     mean, precision, bounds = np.zeros(3), 0.1 * np.eye(3), (np.full(3, -3.0), np.array([0.4, 3.0, 3.0]))
     found = minimise(
-        lambda x: (y - A @ x, A), np.zeros(3), mean=mean, precision=precision, bounds=bounds, tolerance=1e-9
-    )
+        lambda x: (y - A @ x, A), np.zeros(3), mean=mean, precision=precision, tolerance=1e-9,
+        steps=StepRule(bounds=bounds),
+    )  # fmt: skip
     cost, best = reference(lambda x: y - A @ x, np.zeros(3), mean, precision, bounds)
     assert found.x[0] == 0.4
     np.testing.assert_allclose(found.x, best, atol=1e-4)
@@ -107,8 +108,9 @@ def test_correlated_parameters_give_way_to_the_one_at_its_limit():
         A, y, mean, precision = line(seed)
         bounds = (mean - 0.3, mean + 0.3)
         found = minimise(
-            lambda x, A=A, y=y: (y - A @ x, A), mean, mean=mean, precision=precision, bounds=bounds, iterations=100
-        )
+            lambda x, A=A, y=y: (y - A @ x, A), mean, mean=mean, precision=precision, iterations=100,
+            steps=StepRule(bounds=bounds),
+        )  # fmt: skip
         cost, _ = reference(lambda x, A=A, y=y: y - A @ x, mean, mean, precision, bounds)
         assert np.all((found.x >= bounds[0]) & (found.x <= bounds[1]))
         excess.append((found.cost - cost) / cost)
@@ -124,8 +126,8 @@ def test_a_smooth_curve_at_a_limit_stays_smooth():
     start = np.maximum(curve, 0.0)
     mean = np.zeros(30)
     found = minimise(
-        lambda x: (10.0 * (curve - x), 10.0 * np.eye(30)), start, mean=mean, precision=precision, bounds=bounds,
-        largest_step=np.ones(30), tolerance=1e-6,
+        lambda x: (10.0 * (curve - x), 10.0 * np.eye(30)), start, mean=mean, precision=precision, tolerance=1e-6,
+        steps=StepRule(bounds=bounds, largest=np.ones(30)),
     )  # fmt: skip
     cost, _ = reference(lambda x: 10.0 * (curve - x), start, mean, precision, bounds)
     assert found.ended == "settled"
@@ -139,7 +141,14 @@ def test_a_start_beyond_a_limit_begins_at_it():
     best = minimise(lambda x: (y - A @ x, A), np.zeros(4), mean=mean, precision=precision, tolerance=1e-12)
     lower[2] = best.x[2] + 0.5
     inside, beyond = (
-        minimise(lambda x: (y - A @ x, A), start, mean=mean, precision=precision, bounds=(lower, upper), tolerance=1e-9)
+        minimise(
+            lambda x: (y - A @ x, A),
+            start,
+            mean=mean,
+            precision=precision,
+            tolerance=1e-9,
+            steps=StepRule(bounds=(lower, upper)),
+        )
         for start in (lower, best.x)
     )
     assert beyond.settled
@@ -165,8 +174,9 @@ def test_no_iteration_moves_a_parameter_farther_than_allowed():
         return np.array([10.0, -20.0]) - x, np.eye(2)
 
     found = minimise(
-        evaluate, np.zeros(2), mean=np.zeros(2), precision=1e-9 * np.eye(2), largest_step=np.array([1.0, 4.0])
-    )
+        evaluate, np.zeros(2), mean=np.zeros(2), precision=1e-9 * np.eye(2),
+        steps=StepRule(largest=np.array([1.0, 4.0])),
+    )  # fmt: skip
     moves = np.abs(np.diff(np.array(seen), axis=0))
     assert np.all(moves <= np.array([1.0, 4.0]) * (1 + 1e-12))
     # Both are shortened together, so that the direction stays Newton's.
@@ -195,7 +205,7 @@ def test_along_a_bent_valley_steps_that_turn_arrive_where_straight_ones_do_not()
 
         return minimise(
             evaluate, np.array([-1.0, 1.0]), mean=np.zeros(2), precision=1e-12 * np.eye(2), iterations=60,
-            tolerance=1e-9, **more,
+            tolerance=1e-9, steps=StepRule(**more),
         )  # fmt: skip
 
     turning, straight = fit(residual_alone=lambda x: -bent(x)[0]), fit()
@@ -217,7 +227,7 @@ def test_steps_along_a_power_law_arrive_where_straight_ones_are_still_on_their_w
     def fit(**more):
         return minimise(
             evaluate, np.ones(2), mean=np.zeros(2), precision=1e-12 * np.eye(2), iterations=12, tolerance=1e-6,
-            residual_alone=lambda x: evaluate(x)[0], **more,
+            steps=StepRule(residual_alone=lambda x: evaluate(x)[0], **more),
         )  # fmt: skip
 
     bent, straight = fit(moved=by_a_factor), fit()
@@ -287,7 +297,7 @@ def test_a_step_that_fails_costs_no_derivatives():
 
     found = minimise(
         evaluate, np.array([-2.0, 1.0]), mean=np.zeros(2), precision=1e-6 * np.eye(2), iterations=100, tolerance=1e-9,
-        residual_alone=residual,
+        steps=StepRule(residual_alone=residual),
     )  # fmt: skip
     np.testing.assert_allclose(found.x, [1.0, 1.0], rtol=1e-3)
     # The start, each step that was taken, and the first that failed: before it none was expected to.

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from twin.bench import open_bench
-from twin.diagnose.fitted_model import CauseHypothesis, fit_model, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, fit_model, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import law_from_steps
 from twin.identify.linear.linear_model import nominal_parameters
@@ -50,7 +50,7 @@ def test_with_the_true_slider_a_smooth_law_fits_the_steps(slipping):
     modification = modification_of(slipping, (slider,))
     start = law_from_steps(ResidualModel(slipping, modification), nominal_parameters(STEEL))
     for errors in continuation(SOUND):
-        start = fit_model(slipping, None, start, (slider,), errors=errors, frozen=True).baseline
+        start = fit_model(slipping, None, start, (slider,), errors=errors, options=FitOptions(frozen=True)).baseline
     fitted = ResidualModel(slipping, modification)
     R, omega, balance = fitted.step_receptance(start, inner=False)
     steps = slipping.steps

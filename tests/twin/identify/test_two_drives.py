@@ -10,7 +10,7 @@ from drawn_frames import CLAMP, SHAKER, beam, drawn, read
 from recordings import InputError, read_run
 from twin.bench import no_law, open_bench
 from twin.checks import first_look
-from twin.diagnose.fitted_model import CauseHypothesis, fit_model
+from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, fit_model
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import fit_base
 from twin.identify.forward.forward_model import ForwardModel
@@ -147,8 +147,10 @@ def test_what_is_wrong_at_a_drive_is_found_from_the_runs_of_both(rig, tmp_path, 
     data = gather_data([own_channels(run, rig) for run in learnt], rig)
     cause = CAUSES[name]
     assert label in cause.labels(data)
-    without = fit_model(data, None, fit_base(data).baseline, (), iterations=30)
-    fit = fit_model(data, None, without.baseline, (CauseHypothesis(cause, label, begun, {}),), iterations=30)
+    without = fit_model(data, None, fit_base(data).baseline, (), options=FitOptions(iterations=30))
+    fit = fit_model(
+        data, None, without.baseline, (CauseHypothesis(cause, label, begun, {}),), options=FitOptions(iterations=30)
+    )
     for parameter, value in hidden.items():
         assert fit.hypotheses[0].values[parameter] == pytest.approx(value, abs=within)
     assert fit.solution.chi2 < 0.5 * without.solution.chi2

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from twin.arrays import Array
-from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
 from twin.diagnose.missing.terms import TERMS, Term
@@ -122,7 +122,10 @@ def find_missing_force(evidence: MeasuredData, *, report: Report = lambda text: 
 
 def _at_sound_errors(search: Search, model: FittedModel) -> FittedModel:
     """The model as it fits where it may be wrong by no more than a sound rig's: what it leaves then is missing."""
-    return fit_model(search.evidence, search.harmonics, model.baseline, model.hypotheses, iterations=10, tolerance=0.3)
+    return fit_model(
+        search.evidence, search.harmonics, model.baseline, model.hypotheses,
+        options=FitOptions(iterations=10, tolerance=0.3),
+    )  # fmt: skip
 
 
 def _along_the_structure(search: Search, model: FittedModel) -> tuple[Array, Array]:
@@ -138,8 +141,9 @@ def _along_the_structure(search: Search, model: FittedModel) -> tuple[Array, Arr
             last = neighbour.hypotheses[-1]
             moved = replace(last, values=_moved(evidence, last, float(places[i])))
             neighbour = fit_model(
-                evidence, harmonics, neighbour.baseline, (moved,), iterations=8, tolerance=2.0, held=(0, "position_m")
-            )
+                evidence, harmonics, neighbour.baseline, (moved,),
+                options=FitOptions(iterations=8, tolerance=2.0, held=(0, "position_m")),
+            )  # fmt: skip
             left[i] = neighbour.chi2_per_dof
     return places, left
 
@@ -166,7 +170,9 @@ def _with_further_terms(search: Search, report: Report) -> FittedModel:
         report(f"asking whether {best.hypotheses[-1].label['law']} is all")
         hypotheses = [_with_term(best.hypotheses[-1], term, evidence) for term in TERMS.values()]
         tried = [
-            fit_with_errors(evidence, harmonics, best.baseline, (hypothesis,), errors=best.errors, tolerance=2.0)
+            fit_with_errors(
+                evidence, harmonics, best.baseline, (hypothesis,), errors=best.errors, options=FitOptions(tolerance=2.0)
+            )
             for hypothesis in hypotheses
             if hypothesis is not None
         ]

@@ -9,7 +9,7 @@ from dataclasses import replace
 from itertools import islice
 
 from twin.diagnose.cause import Parameter
-from twin.diagnose.fitted_model import FittedModel, fit_model
+from twin.diagnose.fitted_model import FitOptions, FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.residual_columns import ResidualColumns
@@ -62,16 +62,9 @@ def _along(
         *before, own = last.hypotheses
         own = replace(own, values={**own.values, threshold.name: value})
         found = fit_model(
-            evidence,
-            harmonics,
-            last.baseline,
-            (*before, own),
-            errors=fit.errors,
-            tolerance=0.5,
-            rounds=0,
-            held=(len(before), threshold.name),
-            tolerances=tolerances,
-        )
+            evidence, harmonics, last.baseline, (*before, own), errors=fit.errors, tolerances=tolerances,
+            options=FitOptions(tolerance=0.5, rounds=0, held=(len(before), threshold.name)),
+        )  # fmt: skip
         best = min(best, found, key=lambda each: each.solution.cost)
         failed = failed + 1 if found.solution.cost > LIMITS.profile_hopeless * best.solution.cost else 0
         last = last if failed else found

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import fit_with_errors
 from twin.diagnose.parallel_map import parallel_map
@@ -106,7 +106,7 @@ class Race:
         # Costs compare at one model error, and the leading fit's is of the one before.
         same = fit_model(
             self.evidence, self.harmonics, leading.baseline, leading.hypotheses, errors=leading.errors,
-            tolerance=0.5, rounds=0, tolerances=self.tolerances,
+            tolerances=self.tolerances, options=FitOptions(tolerance=0.5, rounds=0),
         )  # fmt: skip
         found = highest_of_profile(self.evidence, self.harmonics, same, threshold, self.tolerances)
         return [
@@ -131,7 +131,9 @@ def _fit_at(
     errors: ErrorModel,
 ) -> FittedModel:
     start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
-    return fit_model(evidence, harmonics, start, hypotheses, errors=errors, iterations=8, tolerance=2.0, rounds=0)
+    return fit_model(
+        evidence, harmonics, start, hypotheses, errors=errors, options=FitOptions(iterations=8, tolerance=2.0, rounds=0)
+    )
 
 
 def _fit_last(

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from twin.diagnose.cause import strengths_of
-from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.posterior import least_gain, log_weight
@@ -157,7 +157,8 @@ def _beside_no_law(
     for level in levels[: LIMITS.held_levels]:
         start = law_from_steps(begun, linear)
         fit = fit_model(
-            evidence, harmonics, start, hypotheses, errors=level, iterations=8, tolerance=2.0, rounds=0, frozen=True
-        )
+            evidence, harmonics, start, hypotheses, errors=level,
+            options=FitOptions(iterations=8, tolerance=2.0, rounds=0, frozen=True),
+        )  # fmt: skip
         linear = fit.baseline.base
     return Begun(fit.baseline, hypotheses, levels[LIMITS.held_levels :] or levels[-1:])

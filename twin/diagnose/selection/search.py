@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from twin.diagnose.cause import Cause, strengths_of
-from twin.diagnose.fitted_model import FitProblem, FittedModel, fit_model, modification_of
+from twin.diagnose.fitted_model import FitOptions, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.model_evidence import fit_with_errors, infer_errors, with_spread
+from twin.diagnose.model_evidence import REFITTED, fit_with_errors, infer_errors, with_spread
 from twin.diagnose.posterior import least_gain, log_weight
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.diagnose.selection.racing import USUAL, Effort, Race, likeliest
@@ -118,7 +118,7 @@ def search_causes(
     """
     report("fitting moduli, damping and the joint's law")
     start = fit_base(evidence)
-    base = fit_with_errors(evidence, None, start.baseline, (), exact=True)
+    base = fit_with_errors(evidence, None, start.baseline, (), options=replace(REFITTED, exact=True))
     base_harmonics = _harmonics(evidence, base)
     data, model = _Reduced(evidence, base_harmonics), base
     stages: list[Stage] = []
@@ -249,7 +249,8 @@ def _reduced_anew(data: _Reduced, best: FittedModel, report: Report) -> _Reduced
 
 def _beside_these(data: _Reduced, model: FittedModel) -> FittedModel:
     """The causes as they are, with the base family fitted beside them alone."""
-    return fit_with_errors(*data, model.baseline, model.hypotheses, errors=model.errors, exact=True, frozen=True)
+    options = replace(REFITTED, exact=True, frozen=True)
+    return fit_with_errors(*data, model.baseline, model.hypotheses, errors=model.errors, options=options)
 
 
 def _with_any_error(data: _Reduced, model: FittedModel, tolerances: ResidualColumns) -> float:
@@ -280,7 +281,9 @@ def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, mode
     loose = continuation(sound_errors(evidence))[0]
     loose = replace(loose, shifts=loose.frequency / SHIFT)
     for _ in range(2):
-        fit = fit_model(evidence, harmonics, start, hypotheses, errors=loose, iterations=15, tolerance=2.0)
+        fit = fit_model(
+            evidence, harmonics, start, hypotheses, errors=loose, options=FitOptions(iterations=15, tolerance=2.0)
+        )
         start, hypotheses = fit.baseline, fit.hypotheses
     return fit
 

@@ -19,7 +19,7 @@ from twin.diagnose.answer.parameter_text import parameters_text
 from twin.diagnose.answer.result import IN_WORDS, Estimate, Misfit, NamedCause, Verdict
 from twin.diagnose.cause import Cause
 from twin.diagnose.effects import with_effects
-from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FittedModel, fit_model, modification_of
 from twin.diagnose.model_evidence import fit_with_errors, unexplained
 from twin.diagnose.models import CAUSES
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, RARER_IN_FREQUENCIES, least_gain, log_weight
@@ -184,7 +184,9 @@ class _Frequencies:
         errors = []
         for index, (table, row) in enumerate(self.places):
             rest = self.evidence.without(index)
-            fit = fit_model(rest, None, model.baseline, model.hypotheses, errors=model.errors, tolerance=0.02)
+            fit = fit_model(
+                rest, None, model.baseline, model.hypotheses, errors=model.errors, options=FitOptions(tolerance=0.02)
+            )
             one = table.select(np.arange(len(table.number)) == row)
             errors.append(table.frequency_Hz[row] / self._predicted(fit, one)[0] - 1)
         return np.array(errors)
@@ -363,7 +365,9 @@ class _Frequencies:
             assert position is not None
             start = {"mass_kg": sensor.mass - LIMITS.light_sensor_kg, "position_m": position}
             there = CauseHypothesis(CAUSES["added-mass"], {} if passable else {"part": place.part}, start, {})
-            asked = fit_model(lighter, None, self.search.base.baseline, (there,), held=(0, "position_m"))
+            asked = fit_model(
+                lighter, None, self.search.base.baseline, (there,), options=FitOptions(held=(0, "position_m"))
+            )
             (mass,) = asked.hypotheses
             error = rms(np.log(lighter.frequency_Hz / replace(self, evidence=lighter).all_predicted(without)))
             notes.append(

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from twin.arrays import Array
-from twin.identify.gauss_newton import minimise
+from twin.identify.gauss_newton import StepRule, minimise
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import LinearModel, LinearParameters
 from twin.identify.linear.poles import poles_near
@@ -136,14 +136,9 @@ def fit_linear(
         return np.sqrt(2) * np.concatenate([r.real, r.imag]), np.sqrt(2) * np.vstack([J.real, J.imag])
 
     solution = minimise(
-        evaluate,
-        start.vector,
-        mean=mean,
-        precision=precision,
-        bounds=base_bounds(nominal.joints),
-        iterations=15,
-        largest_step=largest_step(nominal),
-    )
+        evaluate, start.vector, mean=mean, precision=precision, iterations=15,
+        steps=StepRule(bounds=base_bounds(nominal.joints), largest=largest_step(nominal)),
+    )  # fmt: skip
     return LinearFit(
         base=LinearParameters.from_vector(solution.x),
         covariance=solution.covariance,

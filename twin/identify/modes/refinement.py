@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.arrays import Array
-from twin.identify.gauss_newton import minimise
+from twin.identify.gauss_newton import StepRule, minimise
 from twin.identify.limits import LIMITS
 
 REMAINDERS = 3
@@ -84,8 +84,8 @@ def refine_poles(
     # A pole far below all lines, which may wander to nothing, is one remainder more.
     lower = np.repeat([np.log(1e-2 * np.min(w[w > 0])), -np.inf], m)
     solution = minimise(
-        evaluate, start, mean=start, precision=HARDLY * np.eye(2 * m), bounds=(lower, np.full(2 * m, np.inf)),
-        iterations=iterations, tolerance=TOLERANCE * 2 * H.size, moved=moved,
+        evaluate, start, mean=start, precision=HARDLY * np.eye(2 * m), iterations=iterations,
+        tolerance=TOLERANCE * 2 * H.size, steps=StepRule(bounds=(lower, np.full(2 * m, np.inf)), moved=moved),
     )  # fmt: skip
     x, J = solution.x, solution.jacobian
     dof = max(1, 2 * H.size - len(x) - H.shape[1] * 2 * (m + REMAINDERS))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twin.arrays import Array
-from twin.identify.gauss_newton import minimise
+from twin.identify.gauss_newton import StepRule, minimise
 from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.linear.linear_fit import on_the_resonances
 from twin.identify.linear.linear_model import LinearModel, LinearParameters
@@ -73,7 +73,9 @@ def follow(model: LinearModel, data: BinnedResponse, nominal: LinearParameters) 
             return root * np.concatenate([r.real, r.imag]), root * np.vstack([J.real, J.imag])
 
         mean = np.concatenate([start.vector[columns], np.log(known).ravel()])
-        solution = minimise(evaluate, x, mean=mean, precision=np.diag(1 / size**2), iterations=30, largest_step=largest)
+        solution = minimise(
+            evaluate, x, mean=mean, precision=np.diag(1 / size**2), iterations=30, steps=StepRule(largest=largest)
+        )
         x = solution.x
     assert solution is not None
     _, base = parts(x)

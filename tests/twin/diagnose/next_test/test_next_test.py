@@ -10,7 +10,7 @@ from beam_rows import deflection
 
 from recordings import read_run
 from recordings.errors import InputError
-from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fit_model, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FitProblem, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.models import CAUSES
 from twin.diagnose.next_test import plan_next_test, sensor_place
@@ -47,7 +47,7 @@ def believe(learnt, baseline):
 
     def fitted_model(name, behind=0.0, label=None, **values):
         hypothesis = CauseHypothesis(CAUSES[name], label or {}, values, {})
-        fit = fit_model(learnt[1], None, baseline, (hypothesis,), iterations=1)
+        fit = fit_model(learnt[1], None, baseline, (hypothesis,), options=FitOptions(iterations=1))
         return replace(fit, hypotheses=(hypothesis,), baseline=baseline, log_evidence=-behind)
 
     return fitted_model

@@ -41,8 +41,8 @@ def tried(monkeypatch):
     """Values that were tried; what a fit costs at each is :func:`cost`."""
     values = []
 
-    def fit_model(evidence, harmonics, baseline, hypotheses, *, held, **options):
-        cause, name = held
+    def fit_model(evidence, harmonics, baseline, hypotheses, *, options, **others):
+        cause, name = options.held
         value = hypotheses[cause].values[name]
         values.append(value)
         return Fit(hypotheses, cost(value))

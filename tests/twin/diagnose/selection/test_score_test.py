@@ -13,7 +13,7 @@ from numpy.linalg import norm
 from recordings import read_run
 from twin.causes.joint_stiffness.model import SCALE
 from twin.diagnose.cause import Cause, strengths_of
-from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.models import CAUSES
 from twin.diagnose.selection import score_test
 from twin.diagnose.selection.score_test import score_causes
@@ -139,7 +139,7 @@ SMALL = {
 
 def refitted(evidence, baseline, *hypotheses):
     """The base family with these causes at its minimum."""
-    return fit_model(evidence, None, baseline, hypotheses, iterations=50, tolerance=1e-7)
+    return fit_model(evidence, None, baseline, hypotheses, options=FitOptions(iterations=50, tolerance=1e-7))
 
 
 @pytest.mark.parametrize("name", SMALL)
