@@ -1,6 +1,6 @@
 """Virtual instruments: handed a source of samples, they speak on a serial line, TCP and CAN like hardware."""
 
-from drivers.virtual.assembly import Addresses, VirtualRig
+from drivers.virtual.assembly import Addresses, Backing, VirtualRig
 from drivers.virtual.can_node import CanNode
 from drivers.virtual.control import Protection
 from drivers.virtual.daq import AcquisitionInstrument
@@ -14,6 +14,7 @@ from drivers.virtual.server import serve
 __all__ = [
     "AcquisitionInstrument",
     "Addresses",
+    "Backing",
     "CanNode",
     "FaultPlan",
     "Meter",

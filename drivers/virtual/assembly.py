@@ -12,7 +12,7 @@ from drivers.addresses import Address, parse_can, parse_tcp
 from drivers.bus import open_bus
 from drivers.can_dialect import make_dialect
 from drivers.virtual.bus_time import BusTime
-from drivers.virtual.can_node import CanNode
+from drivers.virtual.can_node import CanLine, CanNode
 from drivers.virtual.control import Protection
 from drivers.virtual.daq import AcquisitionInstrument
 from drivers.virtual.faults import Fault, FaultPlan
@@ -68,6 +68,18 @@ class Addresses:
                 _check_there(option, line)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Backing:
+    """What backs the instruments beside their source."""
+
+    origin: str = "simulated"
+    """What a recording of it is, ``simulated`` or ``replayed``; the third field of ``*IDN?`` says so."""
+    renew: Callable[[], SampleSource] | None = None
+    """Makes a source in place of one that has failed, when a client starts again."""
+    slow: SlowSource | None = None
+    """What the meter measures, where there is to be one."""
+
+
 class VirtualRig:
     """The instruments of one source, ready to be served.
 
@@ -77,16 +89,12 @@ class VirtualRig:
         What stands behind them.
     addresses
         Where they listen; a pseudo-terminal if nothing is said.
-    origin
-        What a recording of it is, ``simulated`` or ``replayed``; the third field of ``*IDN?`` says so.
+    backing
+        Where it comes from, what renews it, and what the meter measures.
     speed
         Multiple of real time; None for as fast as the clients take it.
     faults, seed
         What goes wrong, and the seed of it.
-    renew
-        Makes a source in place of one that has failed, when a client starts again.
-    slow
-        What the meter measures, where there is to be one.
     protection
         What guards the rig against its clients.
 
@@ -101,21 +109,19 @@ class VirtualRig:
         source: SampleSource,
         addresses: Addresses,
         *,
-        origin: str = "simulated",
+        backing: Backing = Backing(),
         speed: float | None = None,
         faults: Sequence[Fault] = (),
         seed: int = 0,
-        renew: Callable[[], SampleSource] | None = None,
-        slow: SlowSource | None = None,
         protection: Protection | None = None,
     ) -> None:
         self._speed = speed
         self._protection = protection
-        self._origin = origin
+        self._origin, slow = backing.origin, backing.slow
         self._baud = addresses.baud
         self._rates = addresses.bitrate, addresses.data_bitrate
         self._can_frames = addresses.can_frames
-        self._feed = SampleFeed(source, flow_controlled=speed is None, renew=renew)
+        self._feed = SampleFeed(source, flow_controlled=speed is None, renew=backing.renew)
         on_line, *on_can = split_channels(source.channels, addresses)
         nodes = [(name, channels) for name, channels in zip(NODES, on_can, strict=True) if channels]
         names = [*(["daq"] if on_line else []), *(name for name, _ in nodes)]
@@ -179,23 +185,19 @@ class VirtualRig:
         else:
             rates = {"bitrate": round(addresses.bitrate), "data_bitrate": round(addresses.data_bitrate)}
             bus = open_bus(where, **rates, is_fd=dialect.is_fd)
+        bus_time = BusTime(
+            bitrate=addresses.bitrate, data_bitrate=addresses.data_bitrate, multiple=self._speed, is_fd=dialect.is_fd
+        )
         try:
             self._devices.append(
                 CanNode(
                     self._feed,
-                    bus,
+                    CanLine(bus=bus, bus_time=bus_time, dialect=dialect),
                     name=name,
                     channels=channels,
                     lossless=self._speed is None,
                     faults=self._faults.link(name),
                     clock=self._faults.clock(name),
-                    bus_time=BusTime(
-                        bitrate=addresses.bitrate,
-                        data_bitrate=addresses.data_bitrate,
-                        multiple=self._speed,
-                        is_fd=dialect.is_fd,
-                    ),
-                    dialect=dialect,
                 )
             )
         except BaseException:

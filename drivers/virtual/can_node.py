@@ -8,13 +8,14 @@ import struct
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import can
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.can_dialect import Dialect, FdDialect, Message
+from drivers.can_dialect import Dialect, Message
 from drivers.can_protocol import (
     CHANNELS_LIMIT,
     FULL_SCALE,
@@ -49,6 +50,18 @@ FULL_LOAD = 0.7
 """The part of a classic bus that samples may take; what is more is decimated away."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class CanLine:
+    """The bus as a node meets it."""
+
+    bus: can.BusABC
+    """Any python-can bus that carries the frames."""
+    bus_time: BusTime
+    """How fast it is."""
+    dialect: Dialect
+    """The frames the node speaks in.  On a classic bus it decimates as far as is needed."""
+
+
 class CanNode:
     """Some channels on a CAN bus.
 
@@ -56,30 +69,24 @@ class CanNode:
     ----------
     feed
         Where samples come from.
-    bus
-        Any python-can bus that carries the frames.
+    line
+        The bus it is on.
     channels
         Names of the feed's channels this node carries, at most four; each needs a range.
     lossless
         Let the feed wait for the bus; otherwise a full queue is an overrun.
-    bus_time
-        How fast the bus is; without limit if left out.
-    dialect
-        The frames it speaks in; those of CAN FD if left out.  On a classic bus it decimates as far as is needed.
     """
 
     def __init__(
         self,
         feed: SampleFeed,
-        bus: can.BusABC,
+        line: CanLine,
         *,
-        name: str = "can",
+        name: str,
         channels: Sequence[str],
         lossless: bool,
-        faults: LinkFaults | None = None,
-        clock: ClockFault | None = None,
-        bus_time: BusTime | None = None,
-        dialect: Dialect | None = None,
+        faults: LinkFaults,
+        clock: ClockFault,
     ) -> None:
         self.name = name
         known = {channel.name: channel for channel in feed.channels}
@@ -93,12 +100,10 @@ class CanNode:
                 raise InputError("CAN node", channel.name, "has no range, which scales its 16-bit samples")
         self._scale = np.array([[FULL_SCALE / float(channel.range or 1.0)] for channel in self._channels])
         self._feed = feed
-        self._bus = bus
+        self._bus, self._bus_time, self._dialect = line.bus, line.bus_time, line.dialect
         self._lossless = lossless
-        self._faults = faults or LinkFaults()
-        self._clock = clock or ClockFault()
-        self._dialect = dialect or FdDialect()
-        self._bus_time = bus_time or BusTime()
+        self._faults = faults
+        self._clock = clock
         self._errors = ErrorCounter()
         self._state = NodeState.IDLE
         self._queue: deque[can.Message] = deque()

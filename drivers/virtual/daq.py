@@ -55,7 +55,6 @@ class AcquisitionInstrument(Catalogue, Control):
         self,
         feed: SampleFeed,
         *,
-        name: str = "daq",
         channels: Sequence[str],
         ports: Sequence[Port | TcpPort],
         lossless: bool,
@@ -65,7 +64,7 @@ class AcquisitionInstrument(Catalogue, Control):
     ) -> None:
         super().__init__(feed, ports=ports, faults=faults, protection=protection)
         self.identity = (MAKER, "DAQ-GEN", origin, "1.0")
-        self.name = name
+        self.name = "daq"
         known = {channel.name: channel for channel in feed.channels}
         self._channels = tuple(known[channel] for channel in channels)
         self._lossless = lossless

@@ -16,7 +16,7 @@ from virtual_rig import PATIENCE_S, FilteredSine, served
 
 from drivers.can_protocol import read_dbc
 from drivers.host import DeviceFailedError, RigAcquisition, open_instruments
-from drivers.virtual import Addresses, VirtualRig
+from drivers.virtual import Addresses, Backing, VirtualRig
 from recordings.run import SampleBlock
 
 WHY = "the joint's equations had no solution in 3 of 240 steps"
@@ -132,8 +132,9 @@ def test_with_a_way_to_begin_anew_the_next_run_is_whole_and_the_server_was_told_
     told: list[str] = []
     stop = threading.Event()
     rig = VirtualRig(
-        made[0], Addresses(tcp="127.0.0.1:0", can=f"unixbus:{tmp_path}/bus"), renew=lambda: next(rest), speed=None
-    )
+        made[0], Addresses(tcp="127.0.0.1:0", can=f"unixbus:{tmp_path}/bus"), speed=None,
+        backing=Backing(renew=lambda: next(rest)),
+    )  # fmt: skip
     where = {key: value for entry in rig.ready for key, value in entry.items()}
     thread = threading.Thread(target=rig.serve, args=(stop.is_set,), kwargs={"on_failure": told.append})
     thread.start()

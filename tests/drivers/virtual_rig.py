@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from drivers.instruments import Instruments
-from drivers.virtual import Addresses, Protection, VirtualRig, parse_fault
+from drivers.virtual import Addresses, Backing, Protection, VirtualRig, parse_fault
 from recordings.run import Channel, SampleBlock
 from recordings.streams import Excitation, SlowSource
 
@@ -172,12 +172,10 @@ def served(
             meter=meter,
             **wire,
         ),
-        speed=speed,
-        faults=[parse_fault(text) for text in faults],
-        seed=3,
-        slow=slow or (SlowRoom() if meter else None),
+        speed=speed, faults=[parse_fault(text) for text in faults], seed=3,
         protection=protection or Protection(watchdog_s=PATIENCE_S),
-    )
+        backing=Backing(slow=slow or (SlowRoom() if meter else None)),
+    )  # fmt: skip
     where = {key: value for entry in rig.ready if entry["device"] != "meter" for key, value in entry.items()}
     meters = [
         f"{key}:{entry[key]}"

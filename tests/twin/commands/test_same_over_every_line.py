@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from two_steps import TWO_STEPS
 
-from drivers.virtual import Addresses, RecordedSource, VirtualRig
+from drivers.virtual import Addresses, Backing, RecordedSource, VirtualRig
 from recordings import Run, read_run
 from recordings.streams import SampleSource
 from twin.bench import open_bench
@@ -38,7 +38,7 @@ def served(source: SampleSource, line: str, folder: Path) -> Iterator[Path]:
     """The instruments file of a source's virtual instruments."""
     where = {key: text.format(folder=folder) for key, text in LINES[line].items()}
     origin = "replayed" if isinstance(source, RecordedSource) else "simulated"
-    rig = VirtualRig(source, Addresses(**where), origin=origin)
+    rig = VirtualRig(source, Addresses(**where), backing=Backing(origin=origin))
     file = folder / f"{line}.toml"
     file.write_text(rig.instruments_toml)
     stop = threading.Event()

@@ -37,7 +37,7 @@ def run(*words):
 def test_it_is_recorded_over_the_line_and_over_the_bus(line, device, tmp_path):
     if "can" in line:
         line = line | {"can": f"unixbus:{tmp_path}/bus"}
-    rig = VirtualRig(open_bench(strained(), seed=1), Addresses(**line), origin="simulated")
+    rig = VirtualRig(open_bench(strained(), seed=1), Addresses(**line))
     (tmp_path / "instruments.toml").write_text(rig.instruments_toml)
     stop = threading.Event()
     thread = threading.Thread(target=rig.serve, args=(stop.is_set,))

@@ -109,7 +109,7 @@ def serve_source(
     `origin` is what a recording made from it is: simulated or replayed; `meter` is where a slow meter listens, `slow`
     what it reads.  InputError if an option cannot be used.
     """
-    from drivers.virtual import Addresses, Protection, VirtualRig, parse_fault
+    from drivers.virtual import Addresses, Backing, Protection, VirtualRig, parse_fault
 
     check_writable(serving.instruments_out, overwrite=serving.overwrite)
     told_to_stop: list[int] = []
@@ -117,10 +117,9 @@ def serve_source(
     where = Addresses(can_channels=first, second_can_channels=second, meter=meter, **serving.addresses)
     multiple, parsed_faults = _parse_speed(serving.speed), [parse_fault(fault) for fault in serving.faults]
     rig = VirtualRig(
-        open_source(), where, origin=origin, speed=multiple, faults=parsed_faults, seed=serving.seed, renew=open_source,
-        slow=slow, protection=Protection(
-            watchdog_s=serving.watchdog, idle_s=serving.idle, drive_limit_V=serving.drive_limit
-        ),
+        open_source(), where, speed=multiple, faults=parsed_faults, seed=serving.seed,
+        protection=Protection(watchdog_s=serving.watchdog, idle_s=serving.idle, drive_limit_V=serving.drive_limit),
+        backing=Backing(origin=origin, renew=open_source, slow=slow),
     )  # fmt: skip
     handlers: dict[signal.Signals, Any] = dict.fromkeys(ASKED, lambda asked, _: told_to_stop.append(asked))
     with handling({**handlers, signal.SIGUSR1: lambda *_: rig.stop_at_once("signal")}), closing(rig):
