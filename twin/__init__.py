@@ -21,9 +21,10 @@ from twin.kernel_cache import find_cache_place
 
 if TYPE_CHECKING:
     from recordings import InputError
+    from twin.diagnose import DiagnosisOptions
     from twin.lab import LabRig, Recording, load_rig, load_run
 
-__all__ = ["InputError", "LabRig", "Recording", "load_rig", "load_run"]
+__all__ = ["DiagnosisOptions", "InputError", "LabRig", "Recording", "load_rig", "load_run"]
 
 
 find_cache_place()
@@ -33,7 +34,8 @@ def __getattr__(name: str) -> Any:
     # Imported when asked for: the command line must start without all of identification.
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module("recordings" if name == "InputError" else "twin.lab"), name)
+    home = {"InputError": "recordings", "DiagnosisOptions": "twin.diagnose"}.get(name, "twin.lab")
+    return getattr(import_module(home), name)
 
 
 def __dir__() -> list[str]:

@@ -15,7 +15,7 @@ from recordings import RunWriter, read_run
 from recordings.beside import temporary_folder
 from twin.bench import HiddenCase, draw_case
 from twin.demo import BROADBAND, broadband, planned_sweeps, recording_names, resonance
-from twin.diagnose import diagnose
+from twin.diagnose import DiagnosisOptions, diagnose
 from twin.diagnose.models import CAUSES, DRIFTS
 from twin.procedures import DirectAcquisition, Procedure, load_procedure, run_procedure
 from twin.rigs import Rig, preload_record
@@ -195,7 +195,7 @@ def _diagnosed(
 ) -> dict[str, Any]:
     learn, held_out = ([read_run(folder / name) for name in names] for names in ((*plan.learnt, *more), plan.held_out))
     causes = {name: CAUSES[name] for name in may_name}
-    return diagnose(learn, rig, held_out=held_out, causes=causes, out=out).to_dict()
+    return diagnose(learn, rig, held_out=held_out, out=out, options=DiagnosisOptions(causes=causes)).to_dict()
 
 
 def _followed(plan: CasePlan, case: HiddenCase, found: dict[str, Any], folder: Path, rig: Rig) -> dict[str, Any] | None:

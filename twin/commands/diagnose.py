@@ -104,15 +104,17 @@ def command(
     Ends with status 1 where the data stay unexplained: a verdict of unknown or ambiguous, or an error on what was held
     out that is still several times its noise or has grown.
     """
-    from twin.diagnose import usual_processes
+    from twin.diagnose import DiagnosisOptions, usual_processes
     from twin.lab import load_rig
 
     rig = load_rig(rig_name)
+    options = DiagnosisOptions(
+        thorough=thorough, exclude=exclude, time_limit_s=time_limit_s, processes=usual_processes()
+    )
     with working("reading") as begin, staged_folder(out, results=RESULTS, overwrite=overwrite) as folder:
         found = rig.diagnose(
-            runs, held_out=held_out, preload=preloads, out=folder, time_limit_s=time_limit_s,
-            frequency_scatter=frequency_scatter, thorough=thorough, exclude=exclude, processes=usual_processes(),
-            report=begin,
+            runs, held_out=held_out, preload=preloads, out=folder, frequency_scatter=frequency_scatter,
+            options=options, report=begin,
         )  # fmt: skip
         data = found.save_model(folder)
         write_json(data, folder / RESULT)

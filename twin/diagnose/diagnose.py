@@ -1,7 +1,7 @@
 """Diagnosis from end to end: recordings and the nominal rig in, an answer out."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,6 @@ from twin.diagnose.answer.comparison import compare_sweeps, noise_floors, relati
 from twin.diagnose.answer.exclusion import Exclusion, exclusion_limits, hidden_at_limit
 from twin.diagnose.answer.extended import updated_rig_file
 from twin.diagnose.answer.result import Diagnosis, Gain, HeldOutError, Misfit
-from twin.diagnose.cause import Cause
 from twin.diagnose.effects import left_out_effects
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.limits import LIMITS
@@ -23,6 +22,7 @@ from twin.diagnose.missing import find_missing_force
 from twin.diagnose.model_evidence import unexplained
 from twin.diagnose.models import CAUSES, DRIFTS
 from twin.diagnose.next_test import plan_next_test
+from twin.diagnose.options import DiagnosisOptions
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.diagnose.selection.racing import THOROUGH, USUAL
 from twin.diagnose.selection.search import Report, Search, search_causes
@@ -53,20 +53,47 @@ class HeldOutData:
     """These, in words."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class DiagnosedData:
+    """What a diagnosis begins from."""
+
+    sound: SoundData
+    held_out: HeldOutData = HeldOutData()
+    notes: tuple[str, ...]
+    """What an engineer should know of the data beforehand."""
+    unseeable: Sequence[Exclusion] = ()
+    """Causes that such data cannot show at all."""
+    begun: float
+    """When its reduction was, by :func:`time.perf_counter`."""
+
+
 def diagnose(
     runs: Sequence[Run],
     rig: Rig,
     *,
     preload: str | None = None,
     held_out: Sequence[Run] = (),
-    source: str = "rig",
     out: Path | None = None,
-    causes: Mapping[str, Cause] = CAUSES,
-    thorough: bool = False,
-    exclude: Sequence[str] = (),
+    options: DiagnosisOptions | None = None,
     report: Report = lambda text: None,
 ) -> Diagnosis:
-    """Say what a rig's model gets wrong.
+    """Say what a rig's model gets wrong about recordings: :func:`recordings_data`, then :func:`diagnose_data`."""
+    asked = options or DiagnosisOptions()
+    with asked.in_effect():
+        data = recordings_data(runs, rig, preload=preload, held_out=held_out, report=report)
+        return diagnose_data(data, out=out, options=asked, report=report)
+
+
+def recordings_data(
+    runs: Sequence[Run],
+    rig: Rig,
+    *,
+    preload: str | None = None,
+    held_out: Sequence[Run] = (),
+    source: str = "rig",
+    report: Report = lambda text: None,
+) -> DiagnosedData:
+    """Reduce recordings to what a diagnosis begins from.
 
     Parameters
     ----------
@@ -80,22 +107,14 @@ def diagnose(
     held_out
         Recordings kept for measuring the gain.  Without any, the middle one of three or more sweeps is set
         aside, or every fourth step of fewer.
-    out
-        Folder for the extended model; none is written without it.
-    causes
-        What may be named, apart from what the samples themselves show.
-    thorough
-        Whether more rivals are fitted, from more beginnings and for longer.
-    exclude
-        Causes that the next test is to show or to exclude, at the largest size at which they could hide now.
+    source
+        Names the rig in errors.
 
     Raises
     ------
     InputError
-        As :func:`~twin.diagnose.sound_data.sound_data`; if a cause to exclude is none of those that are fitted.
+        As :func:`~twin.diagnose.sound_data.sound_data`.
     """
-    if unknown := sorted(set(exclude) - set(causes)):
-        raise InputError("--exclude", unknown[0], "is no cause that is fitted", f"name one of {', '.join(causes)}")
     begun = time.perf_counter()
     asked_for = preload is not None
     preload = preload or common_preload([*runs, *held_out], rig)
@@ -121,38 +140,29 @@ def diagnose(
     if unseen is not None and len(evidence.steps):
         unseen, beyond = _within_amplitudes(unseen, evidence)
         notes += beyond
-    return diagnose_evidence(
-        replace(sound, evidence=evidence, findings=tuple(findings)), HeldOutData(unseen, held_out, aside),
-        causes=causes, out=out, notes=notes, thorough=thorough, exclude=exclude, begun=begun, report=report,
+    return DiagnosedData(
+        sound=replace(sound, evidence=evidence, findings=tuple(findings)),
+        held_out=HeldOutData(unseen, held_out, aside), notes=notes, begun=begun,
     )  # fmt: skip
 
 
-def diagnose_evidence(
-    sound: SoundData,
-    held_out: HeldOutData,
-    *,
-    causes: Mapping[str, Cause],
-    out: Path | None,
-    notes: tuple[str, ...],
-    begun: float,
-    thorough: bool = False,
-    exclude: Sequence[str] = (),
-    unseeable: Sequence[Exclusion] = (),
-    report: Report = lambda text: None,
+def diagnose_data(
+    data: DiagnosedData, *, out: Path | None, options: DiagnosisOptions, report: Report = lambda text: None
 ) -> Diagnosis:
     """Say what a rig's model gets wrong, from reduced data on.
 
     Parameters
     ----------
-    notes
-        What an engineer should know of the data beforehand.
-    begun
-        When the diagnosis was, by :func:`time.perf_counter`.
-    unseeable
-        Causes that such data cannot show at all.
+    out
+        Folder for the extended model; none is written without it.
+    options
+        Its processes and its time limit are those of :meth:`DiagnosisOptions.in_effect`.
     """
+    sound, held_out, notes, begun = data.sound, data.held_out, data.notes, data.begun
     evidence, findings, unseen = sound.evidence, [*sound.findings], held_out.evidence
-    search = search_causes(evidence, causes, effort=THOROUGH if thorough else USUAL, report=report)
+    hidden = {one.cause for one in data.unseeable}
+    causes = {name: cause for name, cause in options.causes.items() if name not in hidden}
+    search = search_causes(evidence, causes, effort=THOROUGH if options.thorough else USUAL, report=report)
     if not search.complete:
         beside = f" beside {search.model.name}" if search.model.hypotheses else ""
         notes = (f"the time limit ended the search: what else there may be{beside} is not known", *notes)
@@ -173,7 +183,7 @@ def diagnose_evidence(
         save_rig(model, out / extended)
         rivals = rivals_of(posterior) if verdict == "ambiguous" else ()
         best = search.model if rivals else after
-        rivals += tuple(_hidden(search, best, name) for name in exclude if name not in best.name.split(" + "))
+        rivals += tuple(_hidden(search, best, name) for name in options.exclude if name not in best.name.split(" + "))
         if evidence.runs and rivals and verdict != "unknown" and not time_is_up():
             with time_limit(time.monotonic() + time.perf_counter() - begun):  # as long again as the search took
                 next_test = plan_next_test(evidence.runs, search.evidence, (best, *rivals), model, out, report=report)
@@ -208,7 +218,7 @@ def diagnose_evidence(
         missing_force=missing,
         set_95=posterior.set_95,
         hypotheses=posterior.weighed,
-        excluded=(*exclusion_limits(search.evidence, search.stages[-1].scores), *unseeable),
+        excluded=(*exclusion_limits(search.evidence, search.stages[-1].scores), *data.unseeable),
         files=(*evidence.sources, *(run.path for run in held_out.runs)),
     )
 

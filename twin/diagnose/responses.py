@@ -1,14 +1,12 @@
-"""Diagnosis from frequency responses alone: no force level, and so linear causes only."""
+"""What a diagnosis begins from, of frequency responses alone: no force level, and so linear causes only."""
 
 import time
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 from recordings.responses import Responses
 from twin.diagnose.answer.exclusion import Exclusion
-from twin.diagnose.answer.result import Diagnosis
 from twin.diagnose.cause import Cause
-from twin.diagnose.diagnose import HeldOutData, diagnose_evidence, notes_on
+from twin.diagnose.diagnose import DiagnosedData, notes_on
 from twin.diagnose.effects import with_effects
 from twin.diagnose.models import CAUSES
 from twin.diagnose.selection.search import Report
@@ -18,24 +16,26 @@ from twin.identify.responses import gather_responses
 from twin.rigs import Rig
 
 
-def diagnose_responses(
+def responses_data(
     files: Sequence[Responses],
     rig: Rig,
     *,
     preload: str | None = None,
     scatter: float | None = None,
     source: str = "rig",
-    out: Path | None = None,
     causes: Mapping[str, Cause] = CAUSES,
-    thorough: bool = False,
     report: Report = lambda text: None,
-) -> Diagnosis:
-    """Say what a rig's model gets wrong about frequency responses of one state.
+) -> DiagnosedData:
+    """Reduce frequency responses of one state to what a diagnosis begins from.
 
     Parameters
     ----------
     scatter
-        See :func:`~twin.identify.responses.gather_responses`; others as :func:`~twin.diagnose.diagnose.diagnose`.
+        See :func:`~twin.identify.responses.gather_responses`.
+    source
+        Names the rig in errors.
+    causes
+        What may be named.
 
     Raises
     ------
@@ -46,20 +46,17 @@ def diagnose_responses(
     report("reducing the frequency responses")
     found = gather_responses(files, rig, preload=preload, scatter=scatter)
     evidence, told = with_effects(found.evidence, source=source), found.notes
-    seen, unseeable = _by_force_level(evidence, causes)
+    unseeable = _unseeable(evidence, causes)
     names = ", ".join(one.cause for one in unseeable)
     first = f"frequency responses alone have no force level and no time: linear causes only, not {names}"
-    return diagnose_evidence(
-        SoundData(evidence, (), None), HeldOutData(), causes=seen, out=out, notes=(first, *told, *notes_on(rig)),
-        begun=begun, thorough=thorough, unseeable=unseeable, report=report,
-    )  # fmt: skip
+    return DiagnosedData(
+        sound=SoundData(evidence, (), None), notes=(first, *told, *notes_on(rig)), unseeable=unseeable, begun=begun
+    )
 
 
-def _by_force_level(
-    evidence: MeasuredData, causes: Mapping[str, Cause]
-) -> tuple[dict[str, Cause], tuple[Exclusion, ...]]:
-    """Causes that change a frequency response at any level, and limits that say nothing of all others."""
-    seen, unseeable = {}, []
+def _unseeable(evidence: MeasuredData, causes: Mapping[str, Cause]) -> tuple[Exclusion, ...]:
+    """Limits that say nothing, of all causes but those that change a frequency response at any level."""
+    unseeable = []
     for name, cause in causes.items():
         label = next(iter(cause.labels(evidence)), None)
         if label is None:
@@ -67,6 +64,4 @@ def _by_force_level(
         acts = cause.begun(evidence, label)
         if acts.nonlinear or acts.opening or acts.layer_drift_per_s or acts.beam_drift_per_s:
             unseeable.append(Exclusion(name, cause.parameters(evidence, label)[0].name, None, {}))
-        else:
-            seen[name] = cause
-    return seen, tuple(unseeable)
+    return tuple(unseeable)

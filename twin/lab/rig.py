@@ -5,9 +5,8 @@ What each of these needs is imported when it is asked for: a rig is loaded, and 
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,6 +26,7 @@ from twin.views.table import Table
 
 if TYPE_CHECKING:
     from twin.checks import FirstLook
+    from twin.diagnose import DiagnosisOptions
     from twin.lab.diagnosed import DiagnosedRecordings
     from twin.lab.diagnosed_tables import DiagnosedTables
     from twin.lab.identified_joint import Beside, IdentifiedJoint
@@ -235,10 +235,7 @@ class LabRig(Shown):
         preload: str | Sequence[str] | None = None,
         out: str | Path | None = None,
         frequency_scatter: float | None = None,
-        time_limit_s: float = float("inf"),
-        thorough: bool = False,
-        exclude: Sequence[str] = (),
-        processes: int = 1,
+        options: DiagnosisOptions | None = None,
         report: Report = _silent,
     ) -> DiagnosedRecordings | DiagnosedTables:
         """Say what the rig's model gets wrong about what was measured.
@@ -256,23 +253,18 @@ class LabRig(Shown):
         frequency_scatter
             Of frequency responses: relative standard deviation of a natural frequency from case to case; the rig
             file's, or what the cases show, if not given.
-        time_limit_s
-            After which fits end where they are, and the answer says so.
-        thorough
-            Whether more rivals are fitted to recordings, from more beginnings and for longer.
-        exclude
-            Causes that the next procedure is to show or to exclude, at the size at which they could hide now.
-        processes
-            How many fit causes to recordings side by side.  With more than one a script must guard its main part by
-            ``if __name__ == "__main__"``.
+        options
+            How far the search goes, in which time and in how many processes.
 
         Raises
         ------
         InputError
             If the runs cannot be read, do not fit the rig, or are recordings and tables at once.
         """
-        end_s = time.monotonic() + time_limit_s
-        stages = Stages(report)
+        from twin.diagnose import DiagnosisOptions, diagnose_data, recordings_data, responses_data
+
+        asked, stages = options or DiagnosisOptions(), Stages(report)
+        folder = None if out is None else Path(out)
         learnt, kept = listed(runs), listed(held_out)
         paths = [Path(run) for run in [*learnt, *kept] if isinstance(run, str | Path)]
         preloads = [preload] if isinstance(preload, str) else list(preload or [])
@@ -281,47 +273,43 @@ class LabRig(Shown):
             if kept:
                 reason = "nothing is held out of frequency responses: there is no gain at other force levels"
                 raise InputError("--held-out", "", reason, "give them with the others, or by themselves")
-            if exclude:
+            if asked.exclude:
                 raise InputError("--exclude", "", "the next test is planned from recordings alone", "leave it out")
-            from twin.diagnose import diagnose_responses, in_processes
-            from twin.identify.time_limit import time_limit
             from twin.lab.diagnosed import DiagnosedRecordings
 
             stages("reading the frequency responses")
-            with told_in_one_line(paths[0], stages), in_processes(processes), time_limit(end_s):
-                result = diagnose_responses(
+            with told_in_one_line(paths[0], stages), asked.in_effect():
+                data = responses_data(
                     [read_responses(path) for path in paths], rig, preload=one_preload(preloads, rig),
-                    scatter=frequency_scatter, source=self.source, out=None if out is None else Path(out),
-                    thorough=thorough, report=stages,
+                    scatter=frequency_scatter, source=self.source, causes=asked.causes, report=stages,
                 )  # fmt: skip
+                result = diagnose_data(data, out=folder, options=asked, report=stages)
             return DiagnosedRecordings(result)
         if frequency_scatter is not None:
             raise no_scatter()
         if are_tables(paths):
             if len(paths) != len(learnt) + len(kept):
                 raise InputError(paths[0], "", "stands beside recordings in memory", "give either")
-            from twin.identify.time_limit import time_limit
             from twin.lab.diagnosed_tables import diagnose_tables
 
-            with told_in_one_line(paths[0], stages), time_limit(end_s):
+            # Their fits take a moment: further processes would take longer to begin.
+            with told_in_one_line(paths[0], stages), replace(asked, processes=1).in_effect():
                 return diagnose_tables(
                     paths[: len(learnt)], paths[len(learnt) :], self.file, source=self.source, preloads=preloads,
                     report=stages,
                 )  # fmt: skip
         rig = self._structure()
-        asked_for = one_preload(preloads, rig)
+        named = one_preload(preloads, rig)
         stages("reading, and a first look")
-        looked = self.check(learnt, held_out=kept, preload=asked_for).passed()
-        from twin.diagnose import diagnose, in_processes
-        from twin.identify.time_limit import time_limit
+        looked = self.check(learnt, held_out=kept, preload=named).passed()
         from twin.lab.diagnosed import DiagnosedRecordings
 
         blamed = looked.runs[0].path if looked.runs else self.source
-        with told_in_one_line(blamed, stages), in_processes(processes), time_limit(end_s):
-            result = diagnose(
-                looked.runs, rig, preload=asked_for, held_out=looked.held_out, source=self.source,
-                out=None if out is None else Path(out), thorough=thorough, exclude=exclude, report=stages,
-            )  # fmt: skip
+        with told_in_one_line(blamed, stages), asked.in_effect():
+            data = recordings_data(
+                looked.runs, rig, preload=named, held_out=looked.held_out, source=self.source, report=stages
+            )
+            result = diagnose_data(data, out=folder, options=asked, report=stages)
         return DiagnosedRecordings(result, looked.findings)
 
     def predict(

@@ -34,7 +34,11 @@ def rig() -> LabRig:
 @pytest.fixture(scope="module")
 def compiled(clean: dict[str, Run], rig: LabRig) -> None:
     """Have what a diagnosis compiles once in the cache: that is not its own time."""
-    rig.diagnose([clean["random"], clean["sweeps"]], held_out=[clean["heldout"]], time_limit_s=LIMIT_s)
+    rig.diagnose(
+        [clean["random"], clean["sweeps"]],
+        held_out=[clean["heldout"]],
+        options=twin.DiagnosisOptions(time_limit_s=LIMIT_s),
+    )
 
 
 def looked(clean: dict[str, Run], rig: LabRig, seed: int) -> tuple[dict[str, Run], list[str], bool]:
@@ -67,7 +71,7 @@ def fitted(clean: dict[str, Run], rig: LabRig, seed: int) -> bool:
     learnt = [runs["random"], runs["sweeps"]]
     started = time.process_time()
     try:
-        found = rig.diagnose(learnt, held_out=[runs["heldout"]], time_limit_s=LIMIT_s)
+        found = rig.diagnose(learnt, held_out=[runs["heldout"]], options=twin.DiagnosisOptions(time_limit_s=LIMIT_s))
         assert found.sentence
         assert found.verdict in ("none", "explained", "ambiguous", "unknown")
     except InputError as error:

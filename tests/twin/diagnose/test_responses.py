@@ -5,7 +5,7 @@ import pytest
 from clamped_beam import LAB
 
 from recordings.errors import InputError
-from twin.diagnose import diagnose_responses
+from twin.diagnose import DiagnosisOptions, diagnose_data, responses_data
 from twin.diagnose.models import CAUSES
 from twin.identify.responses.updating import update_rig
 
@@ -13,6 +13,11 @@ SCATTER = 0.003
 SOME = {
     name: CAUSES[name] for name in ("added-mass", "beam-modulus", "clamp-compliance", "channel-gain", "cubic-stiffness")
 }
+
+
+def diagnosed(file, model):
+    data = responses_data([file], model, causes=SOME)
+    return diagnose_data(data, out=None, options=DiagnosisOptions(causes=SOME))
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +42,7 @@ def model(lab, truth):
 def test_a_mass_that_was_removed_is_named(lab, truth, model, name):
     rng = np.random.default_rng(100 + int(name[1]))
     file = lab.responses(lab.without(truth, name), rng, scatter=SCATTER)
-    found = diagnose_responses([file], model, causes=SOME)
+    found = diagnosed(file, model)
     first = found.causes[0]
     assert (found.verdict, first.cause, first.parameters["mass"]) == ("explained", "added-mass", name)
     mass = first.parameters["mass_kg"]
@@ -52,7 +57,7 @@ def test_a_mass_that_was_removed_is_named(lab, truth, model, name):
 @pytest.mark.parametrize("seed", [201, 202])
 def test_the_same_state_once_more_is_none(lab, truth, model, seed):
     file = lab.responses(truth, np.random.default_rng(seed), scatter=SCATTER)
-    assert diagnose_responses([file], model, causes=SOME).verdict == "none"
+    assert diagnosed(file, model).verdict == "none"
 
 
 def test_a_file_of_other_channels_is_one_line(lab):
@@ -66,4 +71,4 @@ def test_a_file_of_other_channels_is_one_line(lab):
         }
     )
     with pytest.raises(InputError, match="none of its responses"):
-        diagnose_responses([file], other)
+        responses_data([file], other)

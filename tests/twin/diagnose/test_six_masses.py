@@ -10,7 +10,7 @@ from clamped_beam import LAB
 
 from recordings import read_run
 from recordings.responses import read_responses
-from twin.diagnose import diagnose_responses
+from twin.diagnose import DiagnosisOptions, diagnose_data, responses_data
 from twin.exchange import frequency_responses, write_universal
 from twin.identify.responses.updating import update_rig
 from twin.lab.rig import LabRig
@@ -68,7 +68,8 @@ def cases(seed, folder):
     model = update_rig(intact, rig).rig
     for n, number in enumerate(rng.permutation(6)[:REMOVED], 3):
         name = f"m{number + 1}"
-        found = diagnose_responses([measured(LAB.without(lab, name), 1000 * seed + n, folder)], model)
+        data = responses_data([measured(LAB.without(lab, name), 1000 * seed + n, folder)], model)
+        found = diagnose_data(data, out=None, options=DiagnosisOptions())
         first = found.causes[0] if found.causes else None
         named = first is not None and first.in_model and first.cause == "added-mass" and first.parameters.get("mass")
         yield name, named
