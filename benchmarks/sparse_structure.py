@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import eigsh, splu
 
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.rigs import BeamPart, Layout, Rig, load_rig
 from twin.structure.elements.beam import beam_mass, beam_stiffness, deflection_shape
 from twin.structure.elements.thin_layer import thin_layer
@@ -28,7 +28,7 @@ def long_rig(elements: int) -> tuple[Rig, Layout]:
 
 def ready(rig: Rig, layout: Layout) -> Array:
     """Natural frequencies (rad/s) of a bench that is ready to march: assembled, reduced, its poles found."""
-    bench = open_bench(rig, layout=layout, drive="force", sample_rate_Hz=RATE_Hz)
+    bench = open_bench(rig, sample_rate_Hz=RATE_Hz, setup=BenchSetup(layout=layout, drive="force"))
     return bench.built.modal(0.0, RATE_Hz).omega[:COMPARED]
 
 

@@ -3,7 +3,7 @@
 from benchmarks.measured import Measured, least_seconds
 from benchmarks.step_error import VOLTS, FREQUENCY_Hz, RATE_Hz, step_error
 from recordings.streams import Excitation
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.rigs import load_rig
 
 CHUNK = 1 << 14
@@ -11,7 +11,7 @@ CHUNK = 1 << 14
 
 def streaming() -> Measured:
     """The error is that of one step a sample."""
-    bench = open_bench(load_rig("steel-lap-joint"), sample_rate_Hz=RATE_Hz, monitors=("voltage",))
+    bench = open_bench(load_rig("steel-lap-joint"), sample_rate_Hz=RATE_Hz, setup=BenchSetup(monitors=("voltage",)))
     bench.set_output(Excitation(kind="sine", amplitude_V=VOLTS, frequency_Hz=FREQUENCY_Hz))
     seconds = least_seconds(lambda: bench.read(CHUNK), 300)
     return Measured(

@@ -1,6 +1,7 @@
 """The streaming rig: physics, instruments and converter behind the interface of a source of samples."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -21,25 +22,33 @@ from twin.bench.shaker import ShakerModel
 from twin.rigs import Effect, Layout, Rig
 
 
+@dataclass(frozen=True, kw_only=True)
+class BenchSetup:
+    """How a rig is driven, watched, meshed and converted on the bench."""
+
+    drive: Literal["shaker", "force"] = "shaker"
+    """``force`` takes the shaker away and applies the generator's volts as newtons, as for a rig that has none."""
+    monitors: Sequence[str] = ()
+    """Further channels behind the sensors: ``voltage`` of the generator and of the ``amplifier`` (V), coil ``current``
+    (A), ``stroke`` of the armature (m)."""
+    noise: bool = True
+    converter: bool = True
+    """False switches them off, for comparisons with exact solutions."""
+    layout: Layout | None = None
+    """The rig's parts on the bench's own mesh, finer than the rig file's, so that no inference meets its own elements
+    again."""
+    internal_rate_Hz: float = LIMITS.internal_rate_Hz
+    """Least number of physical steps a second."""
+
+
 class Bench:
     """A rig that streams; see :func:`open_bench`.  It is a :class:`recordings.streams.SampleSource`."""
 
-    def __init__(
-        self,
-        plan: Plan,
-        *,
-        seed: int,
-        sample_rate_Hz: float,
-        drive: Literal["shaker", "force"],
-        noise: bool,
-        converter: bool,
-        internal_rate_Hz: float,
-    ) -> None:
+    def __init__(self, plan: Plan, *, seed: int, sample_rate_Hz: float, setup: BenchSetup) -> None:
         self._plan = plan
         self._rng = np.random.default_rng(seed)
-        self._noise, self._converter = noise, converter
-        self._internal_rate = internal_rate_Hz
-        self._built = build(plan, drive=drive)
+        self._setup = setup
+        self._built = build(plan, drive="force" if plan.rig.shaker.ideal else setup.drive)
         self._instruments = list(plan.instruments.values())
         self._channels = tuple(instrument.channel for instrument in self._instruments)
         self._index = 0
@@ -47,7 +56,7 @@ class Bench:
         self._time_s = 0.0
         self._base = (0, 0)
         self._drift_at_s = 0.0
-        self._generator = Generator(1.0 / internal_rate_Hz)
+        self._generator = Generator(1.0 / setup.internal_rate_Hz)
         self._frozen_until = np.zeros(len(self._instruments), np.int64)
         self._held = np.zeros(len(self._instruments), np.float32)
         seeds = np.random.SeedSequence(seed).spawn(len(self._instruments))
@@ -85,7 +94,7 @@ class Bench:
         if self._rate:
             self._store_states()
         self._rate = rate
-        self._substeps = max(1, int(np.ceil(self._internal_rate / rate - 1e-9)))
+        self._substeps = max(1, int(np.ceil(self._setup.internal_rate_Hz / rate - 1e-9)))
         self._step_s = 1.0 / (rate * (1.0 + self._plan.clock_error) * self._substeps)
         delays = np.array([i.delay_s for i in self._instruments]) / self._step_s
         slow = self._built.differentiable
@@ -200,10 +209,12 @@ class Bench:
             for (frequency_Hz, amplitude), phase in zip(i.hum, self._hum_phase[c], strict=True):
                 time_s = np.arange(first, first + count) / (self._rate * (1.0 + self._plan.clock_error))
                 signal = signal + amplitude * np.sin(2 * np.pi * frequency_Hz * time_s + phase)
-            sigma = i.noise_density * np.sqrt(self._rate / 2) if self._noise else 0.0
+            sigma = i.noise_density * np.sqrt(self._rate / 2) if self._setup.noise else 0.0
             if sigma:
                 self._noise_rngs[c].standard_normal(dtype=np.float32, out=noise)
-            conversion = Conversion(i.limit, i.step, *((i.quantum, i.range) if self._converter else (0.0, np.inf)))
+            conversion = Conversion(
+                i.limit, i.step, *((i.quantum, i.range) if self._setup.converter else (0.0, np.inf))
+            )
             out, overload[names[c]] = convert(signal, noise, sigma, self._filters[c], self._memory[c], conversion)
             self._freeze(c, i, out, first)
             samples[names[c]] = out
@@ -255,12 +266,7 @@ def open_bench(
     effects: Sequence[Effect] = (),
     joint_law: JointLaw | Mapping[str, JointLaw] | None = None,
     sample_rate_Hz: float = 1024.0,
-    drive: Literal["shaker", "force"] = "shaker",
-    monitors: Sequence[str] = (),
-    noise: bool = True,
-    converter: bool = True,
-    layout: Layout | None = None,
-    internal_rate_Hz: float = LIMITS.internal_rate_Hz,
+    setup: BenchSetup = BenchSetup(),
 ) -> Bench:
     """Set up a rig as a source of samples.
 
@@ -278,18 +284,8 @@ def open_bench(
         Of all joints, or by their names, in place of the rig file's; without either a joint is linear.
     sample_rate_Hz
         The nearest of :data:`LIMITS.sample_rates_Hz` is taken, and none above the highest.
-    drive
-        ``force`` takes the shaker away and applies the generator's volts as newtons, as for a rig that has none.
-    monitors
-        Further channels behind the sensors: ``voltage`` of the generator and of the ``amplifier`` (V), coil ``current``
-        (A), ``stroke`` of the armature (m).
-    noise, converter
-        False switches them off, for comparisons with exact solutions.
-    layout
-        The rig's parts on the bench's own mesh, finer than the rig file's, so that no inference meets its own elements
-        again.
-    internal_rate_Hz
-        Least number of physical steps a second.
+    setup
+        How it is driven, watched, meshed and converted.
 
     Raises
     ------
@@ -302,15 +298,7 @@ def open_bench(
     if sample_rate_Hz > max(LIMITS.sample_rates_Hz):
         raise ValueError(f"{sample_rate_Hz:g} Hz is above the highest sample rate, {max(LIMITS.sample_rates_Hz):g} Hz")
     plan = planned(
-        assembled(rig, seed=seed), preload=preload, effects=effects, joint_law=joint_law, monitors=monitors,
-        layout=layout,
+        assembled(rig, seed=seed), preload=preload, effects=effects, joint_law=joint_law, monitors=setup.monitors,
+        layout=setup.layout,
     )  # fmt: skip
-    return Bench(
-        plan,
-        seed=seed,
-        sample_rate_Hz=sample_rate_Hz,
-        drive="force" if rig.shaker.ideal else drive,
-        noise=noise,
-        converter=converter,
-        internal_rate_Hz=internal_rate_Hz,
-    )
+    return Bench(plan, seed=seed, sample_rate_Hz=sample_rate_Hz, setup=setup)

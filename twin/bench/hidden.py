@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -35,15 +34,14 @@ class HiddenCase:
     loss: float = 1.0
     """Factors on the joint's law where it is the steel rig's."""
 
-    def open_bench(self, *, preload: str | None = None, **options: Any) -> Bench:
-        """The bench with the effect in it; `options` as for :func:`twin.bench.open_bench`."""
+    def open_bench(self, *, seed: int = 0) -> Bench:
+        """The bench with the effect in it, at the rig's first preload."""
         laws = {
             joint.name: steel_law(moduli.normal_modulus, softening=self.softening, loss=self.loss)
-            for joint, moduli in zip(self.rig.joints, self.rig.moduli(preload), strict=True)
+            for joint, moduli in zip(self.rig.joints, self.rig.moduli(), strict=True)
             if isinstance(joint.law, LawOfRig)
         }
-        options.setdefault("joint_law", laws)
-        return open_bench(self.rig, preload=preload, effects=self.effects, **options)
+        return open_bench(self.rig, seed=seed, effects=self.effects, joint_law=laws)
 
 
 def draw_case(

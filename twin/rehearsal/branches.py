@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.identify.spectra.resonances import by_resonance
 from twin.procedures import SteppedSine
 from twin.procedures.grid import fixed_frequencies
@@ -39,7 +39,7 @@ def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine)
     frequencies = fixed_frequencies(procedure)
     if procedure.control != "force" or procedure.order != "frequency" or len(frequencies) < 2:
         return []
-    free = open_bench(rig, preload=preload, drive="force")
+    free = open_bench(rig, preload=preload, setup=BenchSetup(drive="force"))
     balance = HarmonicBalance(free.built)
     names = [channel.name for channel in free.channels]
     force = next(channel.name for channel in free.channels if channel.quantity == "force")

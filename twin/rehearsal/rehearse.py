@@ -7,7 +7,7 @@ from pathlib import Path
 from recordings import InputError, RunWriter
 from recordings.errors import blamed_on
 from recordings.streams import Acquisition, SampleSource
-from twin.bench import drive_limits, open_bench
+from twin.bench import BenchSetup, drive_limits, open_bench
 from twin.procedures import (
     DirectAcquisition,
     Impact,
@@ -74,7 +74,7 @@ def open_twin(
         else:
             bench = open_bench(
                 rig, preload=preload, seed=seed, sample_rate_Hz=procedure.sample_rate,
-                monitors=tuple(drive_limits(rig)),
+                setup=BenchSetup(monitors=tuple(drive_limits(rig))),
             )  # fmt: skip
     check_channels(procedure, bench.channels, source=named)
     check_rate(procedure, bench.sample_rate_Hz, source=named)

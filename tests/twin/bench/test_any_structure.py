@@ -7,7 +7,7 @@ import pytest
 
 from recordings import InputError, Run
 from recordings.directions import cosine, unit_vector
-from twin.bench import no_law, open_bench
+from twin.bench import BenchSetup, no_law, open_bench
 from twin.bench.limits import LIMITS
 from twin.identify.measured_data import response_outputs
 from twin.rigs import Effect, Place, load_rig
@@ -35,7 +35,7 @@ def dense_responses(rig, omega):
 @pytest.mark.parametrize("name", RIGS)
 def test_a_rigs_linear_response_is_that_of_all_its_coordinates(name):
     rig = load_rig(name)
-    built = open_bench(rig, drive="force", joint_law=no_law()).built
+    built = open_bench(rig, joint_law=no_law(), setup=BenchSetup(drive="force")).built
     assert built.rigid == {"hung-lap-joint": 3, "stiffened-plate": 6}.get(name, 0)
     channels = [sensor.channel for sensor in rig.sensors]
     outputs = [built.locals + built.auxiliaries + channels.index(s.channel) for s in rig.response_sensors]
@@ -110,7 +110,7 @@ def test_a_recording_says_which_way_a_sensor_faces():
     turned = [s if s.quantity == "force" else reversed_(s) for s in frame.sensor]
     rig = frame.model_copy(update={"sensor": turned, "drive": [reversed_(drive) for drive in frame.drive]})
     for one in (frame, rig):
-        channels = {channel.name: channel for channel in open_bench(one, drive="force").channels}
+        channels = {channel.name: channel for channel in open_bench(one, setup=BenchSetup(drive="force")).channels}
         for name, channel in channels.items():
             assert cosine(channel.direction, one.place_of(name).direction) == pytest.approx(1.0)
         assert {channels[s.channel].direction[1] for s in one.response_sensors} == {"x", "y"}
@@ -130,7 +130,7 @@ def test_a_sensor_that_faces_the_other_way_is_told_by_the_two_directions(recorde
 
 def test_a_sensor_across_what_the_rig_says_is_refused():
     rig = load_rig("l-frame")
-    channels = {c.name: replace(c, direction="+z") for c in open_bench(rig, drive="force").channels}
+    channels = {c.name: replace(c, direction="+z") for c in open_bench(rig, setup=BenchSetup(drive="force")).channels}
     run = Run(path="run.mcap", info={}, channels=channels, devices={}, steps=(), events=())
     with pytest.raises(
         InputError, match=r"run.mcap: channel acc\w*: it was recorded along \+z, and the rig has it along"

@@ -8,7 +8,7 @@ from contract_causes import BEYOND_CONTRACT, CONTRACT
 
 from recordings.errors import InputError
 from recordings.streams import Excitation
-from twin.bench import EFFECTS, check_effects, draw_case, open_bench, steel_law
+from twin.bench import EFFECTS, BenchSetup, check_effects, draw_case, open_bench, steel_law
 from twin.cause_registry import DRAWS
 from twin.rigs import Effect, load_rig
 
@@ -25,7 +25,7 @@ def phasor(values, frequency_Hz):
 
 def record(effects=(), *, frequency_Hz=40.0, volts=1.0, noise=False, seconds=2, **options):
     effects = [Effect(cause=cause, parameters=parameters) for cause, parameters in effects]
-    bench = open_bench(RIG, effects=effects, noise=noise, **options)
+    bench = open_bench(RIG, effects=effects, **options, setup=BenchSetup(noise=noise))
     bench.set_output(Excitation(kind="sine", amplitude_V=volts, frequency_Hz=frequency_Hz))
     bench.read(4096)
     return bench.read(int(seconds * RATE))
@@ -40,7 +40,7 @@ def test_names_and_parameters_are_the_contracts():
 
 
 def passage(effects):
-    bench = open_bench(RIG, effects=effects, noise=False)
+    bench = open_bench(RIG, effects=effects, setup=BenchSetup(noise=False))
     bench.set_output(Excitation(kind="sine", amplitude_V=1.6, frequency_Hz=26.3))
     bench.read(5120)
     return bench.read(1024).samples
@@ -137,8 +137,8 @@ def test_hum_adds_a_line():
     bench = open_bench(
         RIG,
         effects=[Effect(cause="mains-hum", parameters={"channel": "acc1", "frequency_Hz": 50.0, "amplitude": 0.7})],
-        noise=False,
-    )
+        setup=BenchSetup(noise=False),
+    )  # fmt: skip
     assert abs(phasor(bench.read(2048).samples["acc1"][1024:], 50.0)) == pytest.approx(0.7, rel=1e-2)
 
 
@@ -158,7 +158,9 @@ def test_a_fast_clock_makes_every_frequency_look_low():
 
 
 def test_preload_loss_softens_the_joint_as_time_goes_by():
-    bench = open_bench(RIG, effects=[Effect(cause="preload-loss", parameters={"rate_per_s": 0.01})], drive="force")
+    bench = open_bench(
+        RIG, effects=[Effect(cause="preload-loss", parameters={"rate_per_s": 0.01})], setup=BenchSetup(drive="force")
+    )
     bench.set_output(Excitation(kind="sine", amplitude_V=0.1, frequency_Hz=60.0))
     first = bench.read(1024).samples["acc2"]
     for _ in range(19):
@@ -206,7 +208,7 @@ def test_a_law_that_is_given_softens_a_softer_joint_by_its_share():
     """It would else take off more than a joint of three quarters has, which then runs away."""
     effect = Effect(cause="joint-stiffness", parameters={"normal_factor": 0.75, "shear_factor": 1.0})
     E = RIG.joint.preload["120N"].normal_modulus
-    given = open_bench(RIG, effects=[effect], joint_law=steel_law(E), drive="force").built
+    given = open_bench(RIG, effects=[effect], joint_law=steel_law(E), setup=BenchSetup(drive="force")).built
     assert given.laws[0].normal.describing_function(1.0) == pytest.approx(
         0.75 * steel_law(E).normal.describing_function(1.0)
     )

@@ -15,6 +15,8 @@ from twin.rigs import load_rig
 sys.path.insert(0, str(Path(__file__).parent))
 from unlisted import UNLISTED, open_unlisted
 
+from twin.bench import BenchSetup
+
 RIG = load_rig("steel-lap-joint")
 
 
@@ -53,7 +55,8 @@ def test_clamp_compliance_of_normal_strength_lowers_mode_1_by_about_one_per_cent
 
 @pytest.mark.parametrize("name", UNLISTED)
 def test_unlisted_physics_acts(name):
-    plain, changed = open_bench(RIG, noise=False), open_unlisted(RIG, name, noise=False)
+    setup = BenchSetup(noise=False)
+    plain, changed = open_bench(RIG, setup=setup), open_unlisted(RIG, name, setup=setup)
     values = []
     for bench in (plain, changed):
         bench.set_output(Excitation(kind="sine", amplitude_V=0.8, frequency_Hz=26.3))

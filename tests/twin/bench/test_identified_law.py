@@ -8,7 +8,7 @@ from full_elements import FullElements
 from scipy.interpolate import PchipInterpolator
 
 from recordings.streams import Excitation
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.joint import describing_function
 from twin.rigs import LawTable, LayerLawTable, load_rig
 from twin.structure.law_table import layer_table
@@ -86,7 +86,7 @@ def test_a_law_that_no_passive_layer_has_is_refused():
 
 def test_a_resonance_has_the_height_that_the_tables_moduli_give_it():
     """Marched in time, against one linear solve of all finite elements at the amplitude that was reached."""
-    bench = open_bench(with_law(), drive="force", noise=False, converter=False, sample_rate_Hz=2048)
+    bench = open_bench(with_law(), sample_rate_Hz=2048, setup=BenchSetup(drive="force", noise=False, converter=False))
     elements, rate = FullElements(RIG, "120N"), 2048
     for frequency in (25.8, 26.1, 26.4):
         bench.set_output(Excitation(kind="sine", amplitude_V=4.0, frequency_Hz=frequency))

@@ -7,7 +7,7 @@ import pytest
 from march_numpy import march_numpy
 
 from recordings.streams import Excitation
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.rigs import Effect, load_rig
 
 RIG = load_rig("steel-lap-joint")
@@ -25,7 +25,7 @@ EFFECTS = {
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_plain_twin_gives_the_same_samples(name, monkeypatch):
-    compiled, plain = (open_bench(RIG, effects=EFFECTS[name], noise=False) for _ in range(2))
+    compiled, plain = (open_bench(RIG, effects=EFFECTS[name], setup=BenchSetup(noise=False)) for _ in range(2))
     for bench in (compiled, plain):
         bench.set_output(DRIVE)
     a = compiled.read(150).samples

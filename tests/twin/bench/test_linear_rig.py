@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from beam_rows import deflection
 
-from twin.bench import no_law, open_bench
+from twin.bench import BenchSetup, no_law, open_bench
 from twin.rigs import Effect, load_rig
 from twin.structure import assemble, normal_modes
 
@@ -42,7 +42,9 @@ def test_inertance_is_that_of_the_full_elements(channel):
 @pytest.mark.parametrize("channel", ["acc1", "acc2"])
 def test_a_force_without_a_shaker_does_the_same_at_the_resonances(channel):
     """Its derivatives are not known, so what follows it statically is left out."""
-    shaken, forced = (open_bench(RIG, drive=drive, joint_law=no_law()) for drive in ("shaker", "force"))
+    shaken, forced = (
+        open_bench(RIG, joint_law=no_law(), setup=BenchSetup(drive=drive)) for drive in ("shaker", "force")
+    )
     at = channels_of(shaken)
     G = shaken.built.rig(0.0, 51200.0).transfer(FREQUENCY)[:, :, 0]
     H = forced.built.rig(0.0, 51200.0).transfer(FREQUENCY)[:, :, 0]
@@ -54,7 +56,7 @@ def test_a_force_without_a_shaker_does_the_same_at_the_resonances(channel):
 @pytest.mark.parametrize("velocities", [False, True], ids=["acceleration", "velocity"])
 def test_a_joint_force_moves_the_channels_as_with_all_modes(velocities):
     """What it moves is mostly high modes, of which the kept ones leave a part out."""
-    built = open_bench(RIG, drive="force").built
+    built = open_bench(RIG, setup=BenchSetup(drive="force")).built
     (moduli,) = RIG.moduli()
     w = 2 * np.pi * np.array([26.4, 79.2, 157.0])[:, None, None, None]
 
@@ -93,7 +95,7 @@ def test_force_drops_at_a_resonance_under_constant_voltage():
 
 
 def test_coil_current_obeys_ohm_at_low_frequency():
-    bench = open_bench(RIG, joint_law=no_law(), monitors=("voltage", "current"))
+    bench = open_bench(RIG, joint_law=no_law(), setup=BenchSetup(monitors=("voltage", "current")))
     G = bench.built.rig(0.0, 51200.0).transfer(np.array([0.5]))[0, :, 0]
     at = channels_of(bench)
     assert G[at["voltage"]] == pytest.approx(1.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from test_steady_state import steady
 
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.response import HarmonicBalance
 from twin.rigs import NamedLaws, load_rig
 
@@ -30,7 +30,7 @@ LAWS = {
 def test_marching_meets_harmonic_balance(name):
     law = NamedLaws.model_validate(LAWS[name])
     rig = RIG.model_copy(update={"joint": RIG.joint.model_copy(update={"law": law})})
-    bench = open_bench(rig, drive="force", noise=False, converter=False, sample_rate_Hz=2048)
+    bench = open_bench(rig, sample_rate_Hz=2048, setup=BenchSetup(drive="force", noise=False, converter=False))
     balance = HarmonicBalance(bench.built, harmonics=9, samples=512, internal_rate_Hz=11264.0)
     at = [c.name for c in bench.channels].index("acc2")
     marched = steady(bench, 26.42, 6.0, 30.0)

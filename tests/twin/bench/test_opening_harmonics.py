@@ -7,7 +7,7 @@ from scipy.optimize import least_squares
 
 from studies.nonlinear_sweeps import rig_with_law
 from studies.tables import load_study
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.response import HarmonicBalance
 from twin.rigs import load_rig
 
@@ -24,7 +24,7 @@ def test_at_resonance_the_layer_acts_with_the_moduli_of_the_file(preload, force)
     """
     study = load_study("steel-lap-joint")
     law, elements = study.sweeps.law[preload], FullElements(RIG, preload)
-    built = open_bench(rig_with_law(RIG, study.sweeps, preload), drive="force", preload=preload).built
+    built = open_bench(rig_with_law(RIG, study.sweeps, preload), preload=preload, setup=BenchSetup(drive="force")).built
     first_Hz = elements.omega[0] / (2 * np.pi)
     branch = HarmonicBalance(built, harmonics=9).branch(first_Hz + 0.3, first_Hz - 0.6, force, step=0.1)
     top = max(branch, key=lambda state: abs(state.channels[2, 1]))

@@ -7,7 +7,7 @@ import pytest
 from beam_rows import axial, deflection, slope
 
 from recordings.streams import Excitation
-from twin.bench import no_law, open_bench
+from twin.bench import BenchSetup, no_law, open_bench
 from twin.rigs import Effect, load_rig
 from twin.rigs.tables import Acquisition, Drift
 from twin.structure import assemble, normal_modes
@@ -21,7 +21,7 @@ def with_sensor(channel, **update):
 
 
 def record(rig, *effects, rate=1024.0, count=4096, frequency_Hz=26.0):
-    bench = open_bench(rig, effects=effects, sample_rate_Hz=rate, noise=False)
+    bench = open_bench(rig, effects=effects, sample_rate_Hz=rate, setup=BenchSetup(noise=False))
     bench.set_output(Excitation(kind="sine", amplitude_V=1.0, frequency_Hz=frequency_Hz))
     return bench.read(count).samples
 
@@ -57,7 +57,7 @@ def test_transverse_sensitivity_shows_the_motion_of_the_surface_along_the_beam()
     resonances = modes.omega / (2 * np.pi)
     found = []
     for rig in (RIG, with_sensor("acc1", transverse_sensitivity=share)):
-        bench = open_bench(rig, drive="force", joint_law=no_law())
+        bench = open_bench(rig, joint_law=no_law(), setup=BenchSetup(drive="force"))
         at = bench.built.locals + bench.built.auxiliaries + [c.name for c in bench.channels].index("acc1")
         found.append(bench.built.rig(0.0, 51200.0).transfer(resonances)[:, at, 0])
     expected = share * (along @ modes.Phi) / (deflection(structure, 0.30) @ modes.Phi)

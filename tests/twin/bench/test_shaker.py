@@ -8,7 +8,7 @@ from beam_rows import axial, slope
 from march_numpy import march_numpy
 
 from recordings.streams import Excitation
-from twin.bench import no_law, open_bench
+from twin.bench import BenchSetup, no_law, open_bench
 from twin.bench.marching import integrate
 from twin.response import HarmonicBalance
 from twin.rigs import load_rig
@@ -31,8 +31,8 @@ def channels(bench):
 
 def record(volts, frequency_Hz, **drive):
     bench = open_bench(
-        rig(**drive), joint_law=no_law(), sample_rate_Hz=RATE, noise=False, converter=False,
-        monitors=("voltage", "current", "stroke"),
+        rig(**drive), joint_law=no_law(), sample_rate_Hz=RATE,
+        setup=BenchSetup(noise=False, converter=False, monitors=("voltage", "current", "stroke")),
     )  # fmt: skip
     bench.set_output(Excitation(kind="sine", amplitude_V=volts, frequency_Hz=frequency_Hz))
     bench.read(8 * RATE)
@@ -48,7 +48,7 @@ def test_a_current_amplifier_holds_the_current_through_a_resonance_where_the_oth
     frequency = np.linspace(25.5, 27.5, 201)
     spread = {}
     for amplifier in ("voltage", "current"):
-        bench = open_bench(rig(amplifier=amplifier), joint_law=no_law(), monitors=("current",))
+        bench = open_bench(rig(amplifier=amplifier), joint_law=no_law(), setup=BenchSetup(monitors=("current",)))
         current = abs(bench.built.rig(0.0, 51200.0).transfer(frequency)[:, channels(bench)["current"], 0])
         spread[amplifier] = np.ptp(current) / current.mean()
         if amplifier == "current":
@@ -102,7 +102,7 @@ def test_compiled_and_plain_march_agree_in_all_limits(drive, monkeypatch):
     samples = []
     for kernel in (integrate, march_numpy):
         monkeypatch.setattr("twin.bench.bench.integrate", kernel)
-        bench = open_bench(rig(**drive), sample_rate_Hz=RATE, noise=False, converter=False)
+        bench = open_bench(rig(**drive), sample_rate_Hz=RATE, setup=BenchSetup(noise=False, converter=False))
         bench.set_output(Excitation(kind="random", amplitude_V=3.0, seed=3))
         samples.append(bench.read(64).samples)
     for name in samples[0]:
@@ -123,7 +123,7 @@ def test_compiled_and_plain_march_agree_in_all_limits(drive, monkeypatch):
 def test_marching_meets_harmonic_balance_with_the_shaker(drive):
     """Force and tip, first and third harmonic, near the resonance, where the shaker matters most."""
     frequency = 26.0
-    bench = open_bench(rig(**drive), sample_rate_Hz=RATE, noise=False, converter=False)
+    bench = open_bench(rig(**drive), sample_rate_Hz=RATE, setup=BenchSetup(noise=False, converter=False))
     bench.set_output(Excitation(kind="sine", amplitude_V=2.0, frequency_Hz=frequency))
     bench.read(25 * RATE)
     samples = bench.read(RATE).samples

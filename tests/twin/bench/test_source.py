@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from recordings.streams import Excitation
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.bench.limits import LIMITS
 from twin.rigs import load_rig
 
@@ -19,7 +19,7 @@ def envelope(values, rate, frequency_Hz):
 
 
 def test_indices_and_times_run_on_through_a_change_of_rate_and_so_does_the_motion():
-    bench = open_bench(RIG, noise=False)
+    bench = open_bench(RIG, setup=BenchSetup(noise=False))
     bench.set_output(Excitation(kind="sine", amplitude_V=0.5, frequency_Hz=26.0))
     bench.read(1024 * 20)
     before = bench.read(1024)
@@ -35,7 +35,7 @@ def test_indices_and_times_run_on_through_a_change_of_rate_and_so_does_the_motio
 
 
 def test_a_new_frequency_makes_no_jump():
-    bench = open_bench(RIG, noise=False, monitors=("voltage",), sample_rate_Hz=12800.0)
+    bench = open_bench(RIG, sample_rate_Hz=12800.0, setup=BenchSetup(noise=False, monitors=("voltage",)))
     bench.set_output(Excitation(kind="sine", amplitude_V=1.0, frequency_Hz=26.0))
     bench.read(1700)
     bench.set_output(Excitation(kind="sine", amplitude_V=1.0, frequency_Hz=31.0))
@@ -44,7 +44,7 @@ def test_a_new_frequency_makes_no_jump():
 
 
 def test_random_excitation_has_its_rms_and_its_band():
-    bench = open_bench(RIG, noise=False, monitors=("voltage",), sample_rate_Hz=4096.0)
+    bench = open_bench(RIG, sample_rate_Hz=4096.0, setup=BenchSetup(noise=False, monitors=("voltage",)))
     bench.set_output(Excitation(kind="random", amplitude_V=0.3, band_Hz=(50.0, 500.0), seed=2))
     bench.read(4096)
     voltage = bench.read(4096 * 10).samples["voltage"].astype(float)

@@ -7,7 +7,7 @@ import pytest
 from smooth_backbones import masing
 
 from recordings.streams import Excitation
-from twin.bench import JointLaw, no_law, open_bench
+from twin.bench import BenchSetup, JointLaw, no_law, open_bench
 from twin.bench.layer import law_from_table
 from twin.joint import Linear, Polynomial, iwan
 from twin.response import HarmonicBalance
@@ -66,8 +66,8 @@ def steady(bench, frequency_Hz, amplitude, wait_s, rate=RATE):
 def compare(name, level, mode=1, *, waits=1.0):
     """Relative errors of the fundamental's and the third harmonic's size."""
     frequency_Hz, wait_s, rate, internal_rate_Hz = MODES[mode]
-    options = {"drive": "force", "noise": False, "converter": False, "internal_rate_Hz": internal_rate_Hz} | CASES[name]
-    bench = open_bench(RIG, sample_rate_Hz=rate, **options)
+    setup = BenchSetup(drive="force", noise=False, converter=False, internal_rate_Hz=internal_rate_Hz)
+    bench = open_bench(RIG, sample_rate_Hz=rate, setup=setup, **CASES[name])
     orders, samples = HARMONICS.get(name, (15, 1024))
     balance = HarmonicBalance(bench.built, harmonics=orders, samples=samples, internal_rate_Hz=internal_rate_Hz)
     at = [c.name for c in bench.channels].index("acc2")
@@ -106,7 +106,9 @@ def test_marching_meets_harmonic_balance_at_every_level(name, mode, level):
 
 def ring_down(**options):
     """(frequency, damping ratio) of the tip after a burst in mode 1, from the decay's complex logarithm."""
-    bench = open_bench(RIG, sample_rate_Hz=RATE, drive="force", noise=False, converter=False, **options)
+    bench = open_bench(
+        RIG, sample_rate_Hz=RATE, **options, setup=BenchSetup(drive="force", noise=False, converter=False)
+    )
     bench.set_output(Excitation(kind="sine", amplitude_V=0.02, frequency_Hz=26.45))
     bench.read(RATE * 4)
     bench.set_output(Excitation())
@@ -127,7 +129,7 @@ def ring_down(**options):
 
 def test_free_decay_shows_the_intended_damping():
     frequency, ratio = ring_down(joint_law=no_law())
-    bench = open_bench(RIG, drive="force", joint_law=no_law())
+    bench = open_bench(RIG, joint_law=no_law(), setup=BenchSetup(drive="force"))
     assert frequency == pytest.approx(bench.built.modal(0.0, 11264.0).omega[0] / (2 * np.pi), rel=1e-5)
     assert ratio == pytest.approx(RIG.damping.modal_ratio[0], rel=1e-3)
 
@@ -136,7 +138,7 @@ def test_a_joint_spring_adds_no_damping():
     """A spring that takes half of E' is marched as a joint force; the closed loop's exact pole has the same damping."""
     soft = JointLaw(Linear(-0.5 * E))
     frequency, ratio = ring_down(joint_law=soft)
-    built = open_bench(RIG, drive="force", joint_law=soft).built
+    built = open_bench(RIG, joint_law=soft, setup=BenchSetup(drive="force")).built
     rig = built.rig(0.0, 11264.0)
     k, n = np.diag([-0.5 * E * element.scale for element in built.elements_]), built.locals
     closed = rig.A + rig.B[:, 1:] @ np.linalg.solve(np.eye(n) - k @ rig.D[:n, 1:], k @ rig.C[:n])
@@ -149,7 +151,9 @@ def test_a_joint_spring_adds_no_damping():
 def test_halving_the_step_changes_nothing_visible():
     values = []
     for rate in (11264.0, 22528.0):
-        bench = open_bench(RIG, sample_rate_Hz=RATE, noise=False, converter=False, internal_rate_Hz=rate)
+        bench = open_bench(
+            RIG, sample_rate_Hz=RATE, setup=BenchSetup(noise=False, converter=False, internal_rate_Hz=rate)
+        )
         values.append(steady(bench, 26.3, 0.9, 8.0))
     for channel in ("acc1", "acc2"):
         a, b = (v[channel] / v["force"][1] for v in values)
@@ -159,7 +163,7 @@ def test_halving_the_step_changes_nothing_visible():
 
 def test_the_default_law_is_the_papers_in_kind():
     """Receptance peaks at 120 N and 1.5, 3, 6 N of 1.2, 0.9, 0.65e-3 m/N; the resonance drops by 0.1 to 0.25 Hz."""
-    bench = open_bench(RIG, drive="force")
+    bench = open_bench(RIG, setup=BenchSetup(drive="force"))
     balance = HarmonicBalance(bench.built, harmonics=7)
     peaks = []
     for force in (1.5, 3.0, 6.0):

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
 
-from twin.bench import EFFECTS, Bench, open_bench
+from twin.bench import EFFECTS, Bench, BenchSetup, open_bench
 from twin.bench.plan import Element, Matrices, Plan
 from twin.joint import ForceTable, PiecewiseLinearContact, Polynomial
 from twin.rigs import Effect, Rig
@@ -74,7 +73,7 @@ def acting(name: str, *, strength: float = 1.0) -> Iterator[Effect]:
         del EFFECTS[name]
 
 
-def open_unlisted(rig: Rig, name: str, *, strength: float = 1.0, **options: Any) -> Bench:
-    """A bench with one of :data:`UNLISTED`; `options` as for :func:`twin.bench.open_bench`."""
+def open_unlisted(rig: Rig, name: str, *, setup: BenchSetup, strength: float = 1.0) -> Bench:
+    """A bench with one of :data:`UNLISTED`."""
     with acting(name, strength=strength) as effect:
-        return open_bench(rig, effects=[effect], **options)
+        return open_bench(rig, effects=[effect], setup=setup)

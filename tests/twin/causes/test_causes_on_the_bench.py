@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from twin.bench import no_law, open_bench
+from twin.bench import BenchSetup, no_law, open_bench
 from twin.bench.layer import law_from_table
 from twin.diagnose.models import CAUSES
 from twin.identify.baseline_parameters import BaselineParameters
@@ -40,10 +40,7 @@ def recorded(by_hand):
                 rig,
                 effects=effects,
                 joint_law=joint_law,
-                drive="force",
-                noise=False,
-                converter=False,
-                layout=rig.layout(),
+                setup=BenchSetup(drive="force", noise=False, converter=False, layout=rig.layout()),
             )
             for effects in ([Effect(cause=name, parameters=parameters)], [])
         )

@@ -7,7 +7,7 @@ import pytest
 from circular_noise import circular
 from scipy.stats import chi2
 
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.identify import base_fit
 from twin.identify.base_fit import fit_base, law_from_steps
 from twin.identify.baseline_parameters import BaselineParameters
@@ -87,7 +87,7 @@ class Balanced:
 @pytest.fixture(scope="module")
 def balanced(build, steel_model, steel_dense, nominal):
     """By harmonic balance; the joint is driven by its force, whose harmonics are none."""
-    bench = open_bench(STEEL, drive="force", noise=False, converter=False, layout=STEEL.layout())
+    bench = open_bench(STEEL, setup=BenchSetup(drive="force", noise=False, converter=False, layout=STEEL.layout()))
     at = [[channel.name for channel in bench.channels].index(name) for name in ("force", "acc1", "acc2")]
     balance = HarmonicBalance(bench.built, harmonics=7)
     found = [

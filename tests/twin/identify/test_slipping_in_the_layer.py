@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, fit_model, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import law_from_steps
@@ -33,7 +33,7 @@ def slipping(build, steel_model):
         parameters={"layer_element": ELEMENT, "stiffness_N_per_m": STIFFNESS_N_per_m, "slip_force_N": SLIP_FORCE_N},
     )
     rig = STEEL.model_copy(update={"effect": [slider]})
-    bench = open_bench(rig, drive="force", noise=False, converter=False, layout=rig.layout())
+    bench = open_bench(rig, setup=BenchSetup(drive="force", noise=False, converter=False, layout=rig.layout()))
     at = [[channel.name for channel in bench.channels].index(name) for name in ("force", "acc1", "acc2")]
     balance = HarmonicBalance(bench.built, harmonics=9)
     solutions = [s for force in FORCES_N for s in balance.sweep(UP_Hz, force)]

@@ -8,7 +8,7 @@ from beam_rows import deflection
 from drawn_frames import CLAMP, SHAKER, beam, drawn, read
 
 from recordings import InputError, read_run
-from twin.bench import no_law, open_bench
+from twin.bench import BenchSetup, no_law, open_bench
 from twin.checks import first_look
 from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, fit_model
 from twin.diagnose.models import CAUSES
@@ -85,7 +85,7 @@ def test_a_recording_names_its_drive_and_has_no_idle_cell(runs):
 @pytest.mark.parametrize("drive", AT)
 def test_the_bench_answers_to_each_drive(rig, drive):
     frequency_Hz = np.array([20.0, 57.0, 120.0, 352.0])
-    built = open_bench(rig.driven_by(drive), drive="force", joint_law=no_law()).built
+    built = open_bench(rig.driven_by(drive), joint_law=no_law(), setup=BenchSetup(drive="force")).built
     found = built.rig(0.0, 51200.0).transfer(frequency_Hz)[:, built.locals + built.auxiliaries + 1 :, 0]
     expected = dense_response(rig, drive, 2 * np.pi * frequency_Hz)
     assert np.all(np.abs(found - expected) < 5e-3 * np.abs(expected).max(axis=1, keepdims=True))

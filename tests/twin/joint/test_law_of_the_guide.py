@@ -10,7 +10,7 @@ import pytest
 from guide_script import read_blocks
 from harmonic_balance_numpy import BALANCES
 
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.cli import main
 from twin.joint import describing_function, law_named, load_laws
 from twin.lab import load_run
@@ -73,7 +73,9 @@ def test_its_describing_function_is_that_of_its_path(folder):
 
 @pytest.mark.slow
 def test_the_recorded_fundamental_is_the_describing_functions(folder, recorded):
-    built = open_bench(load_rig(folder / "bolted.toml"), drive="force", noise=False, converter=False).built
+    built = open_bench(
+        load_rig(folder / "bolted.toml"), setup=BenchSetup(drive="force", noise=False, converter=False)
+    ).built
     sweeps = {sweep.name: sweep for sweep in load_run(recorded / "run.mcap").sweeps}
     at_resonance = []
     # The describing function is of one harmonic; at 6 N the others move the fundamental by half a per cent at the peak.
@@ -92,7 +94,7 @@ def test_the_predicted_branches_have_it(folder, recorded):
     rig = load_rig(folder / "bolted.toml")
     told = json.loads((recorded / "result.json").read_text())
     assert not any(branch["ends_early"] for branch in told["branches"])
-    bench = open_bench(rig, drive="force", noise=False, converter=False)
+    bench = open_bench(rig, setup=BenchSetup(drive="force", noise=False, converter=False))
     at = [channel.name for channel in bench.channels].index("acc2")
     compiled, plain = (
         BALANCES[which](bench.built, harmonics=3, samples=64).solve(26.4, 2.0) for which in ("compiled", "plain")

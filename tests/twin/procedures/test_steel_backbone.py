@@ -5,7 +5,7 @@ import pytest
 from resonator import ListSink
 from scipy.optimize import brentq
 
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.procedures import DirectAcquisition, SteppedSine, run_procedure
 from twin.procedures.tables import Phase, Settle
 from twin.response import HarmonicBalance
@@ -40,11 +40,12 @@ def test_phase_resonance_follows_the_backbone_of_harmonic_balance(levels):
     procedure = SteppedSine(
         frequencies=[26.4], amplitudes=levels, control="phase-resonance", phase=Phase(channel="acc2")
     )
-    bench = open_bench(RIG, seed=4, sample_rate_Hz=procedure.sample_rate, internal_rate_Hz=RATE_Hz)
+    bench = open_bench(RIG, seed=4, sample_rate_Hz=procedure.sample_rate, setup=BenchSetup(internal_rate_Hz=RATE_Hz))
     result = run_procedure(procedure, DirectAcquisition(bench), ListSink())
     free = open_bench(
-        RIG, drive="force", noise=False, converter=False, sample_rate_Hz=procedure.sample_rate, internal_rate_Hz=RATE_Hz
-    )
+        RIG, sample_rate_Hz=procedure.sample_rate,
+        setup=BenchSetup(drive="force", noise=False, converter=False, internal_rate_Hz=RATE_Hz),
+    )  # fmt: skip
     names = [channel.name for channel in free.channels]
     balance = HarmonicBalance(free.built, harmonics=7, internal_rate_Hz=RATE_Hz)
     assert [step.target_amplitude for step in result.steps] == levels
@@ -57,11 +58,12 @@ def test_phase_resonance_follows_the_backbone_of_harmonic_balance(levels):
 def test_a_stepped_sine_gives_the_responses_of_harmonic_balance(force_N):
     settle = Settle(tolerance=1e-4)  # near a fold the decay is slow, and its end known to a few times this
     procedure = SteppedSine(frequencies=[26.2, 26.4, 26.6], amplitudes=[force_N], settle=settle)
-    bench = open_bench(RIG, seed=4, sample_rate_Hz=procedure.sample_rate, internal_rate_Hz=RATE_Hz)
+    bench = open_bench(RIG, seed=4, sample_rate_Hz=procedure.sample_rate, setup=BenchSetup(internal_rate_Hz=RATE_Hz))
     result = run_procedure(procedure, DirectAcquisition(bench), ListSink())
     free = open_bench(
-        RIG, drive="force", noise=False, converter=False, sample_rate_Hz=procedure.sample_rate, internal_rate_Hz=RATE_Hz
-    )
+        RIG, sample_rate_Hz=procedure.sample_rate,
+        setup=BenchSetup(drive="force", noise=False, converter=False, internal_rate_Hz=RATE_Hz),
+    )  # fmt: skip
     names = [channel.name for channel in free.channels]
     balance = HarmonicBalance(free.built, harmonics=7, internal_rate_Hz=RATE_Hz)
     path = balance.branch(25.5, 27.5, force_N, step=0.02)

@@ -6,7 +6,7 @@ The true quality factor is the half-power width of harmonic balance, which knows
 import numpy as np
 import pytest
 
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.procedures import SteppedSine
 from twin.procedures.tables import Measure, Settle
 from twin.rehearsal import NominalRig, rehearse, rehearse_until_clear
@@ -22,7 +22,7 @@ HASTY = SteppedSine(
 
 
 def true_quality_factor():
-    free = open_bench(STEEL, drive="force", noise=False, converter=False)
+    free = open_bench(STEEL, setup=BenchSetup(drive="force", noise=False, converter=False))
     points = HarmonicBalance(free.built).branch(26.0, 26.8, FORCE_N)
     frequency = np.array([point.frequency_Hz for point in points])
     tip = [channel.name for channel in free.channels].index("acc2")

@@ -6,12 +6,13 @@ Every case takes a function that changes its inputs by a hair, and gives its ans
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 from beam_rows import deflection
 
-from twin.bench import JointLaw, no_law, open_bench
+from twin.bench import BenchSetup, JointLaw, no_law, open_bench
 from twin.identify.forward.predict import RigResponse, blank_data
 from twin.identify.gauss_newton import minimise
 from twin.identify.modes import fit_modes
@@ -31,19 +32,19 @@ def hard(stiffness_N_per_m3):
 @cache
 def balance(name):
     """Its rig, frequencies and amplitudes."""
-    plain = {"drive": "force", "noise": False, "converter": False}
+    plain = BenchSetup(drive="force", noise=False, converter=False)
     if name == "steel":
-        bench = open_bench(STEEL, **plain, layout=STEEL.layout())
+        bench = open_bench(STEEL, setup=replace(plain, layout=STEEL.layout()))
         return HarmonicBalance(bench.built, harmonics=7), np.linspace(27.4, 25.4, 33), (0.75, 1.5, 3.0, 6.0)
     if name == "duffing":
-        bench = open_bench(STEEL, **plain, joint_law=no_law(), effects=[hard(2e7)])
+        bench = open_bench(STEEL, setup=plain, joint_law=no_law(), effects=[hard(2e7)])
         return HarmonicBalance(bench.built, harmonics=5, samples=128), np.linspace(26.2, 29.0, 29), (1.0, 3.0)
     if name == "kinks":  # at the lower force, friction at rest lets go on the way from rest
         rubbing = Effect(cause="ground-friction", parameters={"position_m": 0.4, "force_N": 0.01})
-        bench = open_bench(STEEL, **plain, effects=[rubbing])
+        bench = open_bench(STEEL, setup=plain, effects=[rubbing])
         return HarmonicBalance(bench.built, harmonics=7), np.linspace(28.0, 25.5, 21), (0.75, 3.0)
     stop = Effect(cause="ground-stop", parameters={"position_m": 0.4, "gap_m": 8e-4, "stiffness_N_per_m": 60.0})
-    bench = open_bench(STEEL, **plain, joint_law=JointLaw(iwan(1e8, 80.0)), effects=[stop, hard(8e6)])
+    bench = open_bench(STEEL, setup=plain, joint_law=JointLaw(iwan(1e8, 80.0)), effects=[stop, hard(8e6)])
     return HarmonicBalance(bench.built, harmonics=5, samples=128), np.linspace(25.5, 27.5, 33), (1.0, 3.0)
 
 

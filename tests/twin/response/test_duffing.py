@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from harmonic_balance_numpy import BALANCES
 
-from twin.bench import no_law, open_bench
+from twin.bench import BenchSetup, no_law, open_bench
 from twin.rigs import Effect, load_rig
 
 RIG = load_rig("steel-lap-joint")
@@ -14,7 +14,7 @@ RIG = load_rig("steel-lap-joint")
 
 def balance(harmonics=1, which="compiled", **options):
     hard = Effect(cause="cubic-stiffness", parameters={"position_m": 0.42, "stiffness_N_per_m3": 2e7})
-    bench = open_bench(RIG, drive="force", joint_law=no_law(), effects=[hard])
+    bench = open_bench(RIG, joint_law=no_law(), effects=[hard], setup=BenchSetup(drive="force"))
     return BALANCES[which](bench.built, harmonics=harmonics, **options)
 
 
@@ -32,13 +32,13 @@ def test_the_branch_turns_twice(branch):
 
 def test_every_point_lies_on_the_exact_amplitude_equation(branch):
     """|V - alpha_vf F + alpha_vv (3/4) k V^2 V| = 0 on the tip, with receptances of the linear rig."""
-    bench = open_bench(RIG, drive="force", joint_law=no_law())
+    bench = open_bench(RIG, joint_law=no_law(), setup=BenchSetup(drive="force"))
     rig = bench.built.rig(0.0, 51200.0)
     built = bench.built
     tip = [c.name for c in bench.channels].index("acc2") + built.locals + built.auxiliaries
     at_tip = [s.model_copy(update={"position": 0.42}) if s.channel == "force" else s for s in RIG.sensor]
     moved = RIG.model_copy(update={"sensor": at_tip})
-    loaded = open_bench(moved, drive="force", joint_law=no_law()).built.rig(0.0, 51200.0)
+    loaded = open_bench(moved, joint_law=no_law(), setup=BenchSetup(drive="force")).built.rig(0.0, 51200.0)
     for point in branch[:: len(branch) // 12]:
         w = 2 * np.pi * point.frequency_Hz
         v = -point.channels[2, 1] / w**2

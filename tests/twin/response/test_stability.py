@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twin.bench import JointLaw, no_law, open_bench
+from twin.bench import BenchSetup, JointLaw, no_law, open_bench
 from twin.joint import jenkins
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, load_rig
@@ -14,7 +14,7 @@ RIG = load_rig("steel-lap-joint")
 
 
 def test_multipliers_of_a_linear_rig_are_the_exponentials_of_its_poles():
-    built = open_bench(RIG, drive="force", joint_law=no_law()).built
+    built = open_bench(RIG, joint_law=no_law(), setup=BenchSetup(drive="force")).built
     balance = HarmonicBalance(built, harmonics=3)
     found = balance.multipliers(balance.solve(26.0, 1.0))
     pole = built.poles(0.0, 51200.0).pole
@@ -27,7 +27,7 @@ def test_multipliers_of_a_linear_rig_are_the_exponentials_of_its_poles():
 @pytest.mark.parametrize("law", [{}, {"joint_law": JointLaw(jenkins(1e8, 60.0))}], ids=["running loss", "slider"])
 def test_a_branch_is_unstable_between_its_folds_and_nowhere_else(law):
     hard = Effect(cause="cubic-stiffness", parameters={"position_m": 0.42, "stiffness_N_per_m3": 3e7})
-    balance = HarmonicBalance(open_bench(RIG, drive="force", effects=[hard], **law).built)
+    balance = HarmonicBalance(open_bench(RIG, effects=[hard], **law, setup=BenchSetup(drive="force")).built)
     points = balance.branch(26.0, 27.5, 3.0, step=0.1)
     frequency = np.array([point.frequency_Hz for point in points])
     turns = 1 + np.flatnonzero(np.diff(np.sign(np.diff(frequency))))

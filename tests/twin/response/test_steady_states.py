@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from harmonic_balance_numpy import BALANCES
 
-from twin.bench import no_law, open_bench
+from twin.bench import BenchSetup, no_law, open_bench
 from twin.bench.linear import LinearRig, to_poles
 from twin.bench.marching import Elements
 from twin.joint import Cubic
@@ -42,7 +42,7 @@ class Oscillator:
 def hard(request):
     """The steel rig with a hardening spring, three steady states between its folds."""
     effect = Effect(cause="cubic-stiffness", parameters={"position_m": 0.42, "stiffness_N_per_m3": 2e7})
-    built = open_bench(RIG, drive="force", joint_law=no_law(), effects=[effect]).built
+    built = open_bench(RIG, joint_law=no_law(), effects=[effect], setup=BenchSetup(drive="force")).built
     return BALANCES[request.param](built, harmonics=3, samples=64)
 
 
@@ -131,8 +131,8 @@ def test_raising_the_drive_reaches_what_newton_does_not_from_the_linear_response
 def test_friction_that_lets_go_on_the_way_from_rest_is_passed():
     """Stuck, it is sixty times as stiff as the tip: no step of Newton's contracts over the kink where it lets go."""
     rubbing = Effect(cause="ground-friction", parameters={"position_m": 0.4, "force_N": 0.01})
-    plain = open_bench(RIG, drive="force", noise=False, converter=False).built
-    built = open_bench(RIG, drive="force", noise=False, converter=False, effects=[rubbing]).built
+    plain = open_bench(RIG, setup=BenchSetup(drive="force", noise=False, converter=False)).built
+    built = open_bench(RIG, effects=[rubbing], setup=BenchSetup(drive="force", noise=False, converter=False)).built
     one, without = (HarmonicBalance(each, harmonics=7) for each in (built, plain))
     levels = np.array([0.05, 0.2, 0.75, 3.0, 12.0])
     size, free = (tip([each.solve(28.0, level) for level in levels]) / levels for each in (one, without))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.rig_of_places import RigOfPlaces, rig_of_sliders
-from twin.bench import JointLaw, open_bench
+from twin.bench import BenchSetup, JointLaw, open_bench
 from twin.bench.marching import coefficients, integrate, packed
 from twin.joint import Cubic, jenkins, one_sided
 from twin.response import HarmonicBalance
@@ -70,7 +70,7 @@ def test_multipliers_are_those_of_the_march(rig):
 @pytest.mark.parametrize("law", [{}, {"joint_law": JointLaw(jenkins(1e8, 60.0))}], ids=["running loss", "sliders"])
 def test_multipliers_of_the_steel_rig_are_those_of_the_march(law):
     """With what its shaker's laws of two coordinates do."""
-    built = open_bench(load_rig("steel-lap-joint"), noise=False, converter=False, **law).built
+    built = open_bench(load_rig("steel-lap-joint"), **law, setup=BenchSetup(noise=False, converter=False)).built
     balance = HarmonicBalance(built)
     solution = balance.solve(26.2, 1.0)
     found = np.abs(balance.multipliers(solution, rate_Hz=STEPS * 26.2))

@@ -7,7 +7,7 @@ import pytest
 from harmonic_balance_numpy import BALANCES
 from harmonic_balance_numpy import residual as plain_residual
 
-from twin.bench import JointLaw, open_bench
+from twin.bench import BenchSetup, JointLaw, open_bench
 from twin.joint import iwan
 from twin.response import kernel
 from twin.response.system import SineDrive
@@ -22,14 +22,14 @@ SHAKER = {"voltage_limit": 2.5, "half_force_stroke": 1e-4, "amplifier": "current
 
 
 def sliders(which="compiled"):
-    bench = open_bench(RIG, drive="force", joint_law=JointLaw(iwan(1e8, 80.0)), effects=EFFECTS)
+    bench = open_bench(RIG, joint_law=JointLaw(iwan(1e8, 80.0)), effects=EFFECTS, setup=BenchSetup(drive="force"))
     return BALANCES[which](bench.built, harmonics=5, samples=128)
 
 
 def slapping(which="compiled"):
     """A running loss that meets a static offset."""
     slap = Effect(cause="joint-slap", parameters={"gap_m": 5e-7, "stiffness_factor": 0.5})
-    bench = open_bench(RIG, drive="force", effects=[slap])
+    bench = open_bench(RIG, effects=[slap], setup=BenchSetup(drive="force"))
     return BALANCES[which](bench.built, harmonics=5, samples=128)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from recordings import InputError
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.joint import load_laws
 from twin.rigs import LawTable, LayerLawTable, NamedLaws, load_rig, nominal_rig_file, parse_rig
 from twin.structure.law_table import layer_table
@@ -64,9 +64,9 @@ def test_format_2_names_them_likewise():
 
 def test_a_joint_without_a_law_is_linear_and_one_that_borrows_it_softens_as_its_lender():
     open_ = np.array([3e-6])
-    lender, without = (open_bench(rig, drive="force").built.laws[0] for rig in (RIG, LINEAR))
+    lender, without = (open_bench(rig, setup=BenchSetup(drive="force")).built.laws[0] for rig in (RIG, LINEAR))
     borrowing = read(STEEL + '\n[joint.law]\nof = "steel-lap-joint"\n')
-    law = open_bench(borrowing, drive="force").built.laws[0]
+    law = open_bench(borrowing, setup=BenchSetup(drive="force")).built.laws[0]
     assert without.normal.describing_function(open_) == 0
     assert without.loss is None
     assert law.normal.describing_function(open_) == lender.normal.describing_function(open_)
@@ -118,7 +118,7 @@ def test_reading_a_rig_runs_no_law(tmp_path, monkeypatch):
 
 
 def test_the_bench_has_the_moduli_of_the_file_at_rest_and_the_law_beyond():
-    linear, named = (open_bench(read(STEEL + law), drive="force").built for law in (zero_law(), IWAN))
+    linear, named = (open_bench(read(STEEL + law), setup=BenchSetup(drive="force")).built for law in (zero_law(), IWAN))
     frequency_Hz = np.array([26.4, 157.0, 471.0])
     at_rest = [built.rig(0.0, 11264.0).transfer(frequency_Hz)[:, -1, 0] for built in (linear, named)]
     np.testing.assert_allclose(at_rest[0], at_rest[1], rtol=1e-6)

@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import eigh
 from scipy.sparse import csr_array, issparse
 
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.rigs import Effect, load_rig
 from twin.structure import assemble, normal_modes
 from twin.structure.limits import LIMITS
@@ -64,7 +64,7 @@ def test_a_bench_of_many_coordinates_is_that_of_few(monkeypatch):
     found = []
     for most in (LIMITS.dense_up_to, 10_000):
         monkeypatch.setattr("twin.structure.sparse.LIMITS", replace(LIMITS, dense_up_to=most))
-        built = open_bench(RIG, layout=layout, effects=effects).built
+        built = open_bench(RIG, effects=effects, setup=BenchSetup(layout=layout)).built
         first = built.locals + built.auxiliaries
         found.append(built.rig(0.0, 51200.0).transfer(np.linspace(20.0, 400.0, 30))[:, first:, 0])
     np.testing.assert_allclose(found[0], found[1], rtol=1e-5, atol=1e-7 * np.abs(found[1]).max())

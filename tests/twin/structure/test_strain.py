@@ -10,7 +10,7 @@ import pytest
 from recordings import InputError, quantities
 from recordings.quantities import Quantity
 from recordings.streams import Excitation
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.rigs import Place, parse_rig
 from twin.structure import assemble, normal_modes
 
@@ -116,7 +116,7 @@ def test_strain_in_mode_1(at):
 
 
 def marched(rig, frequency_Hz, *, wait_s, seconds):
-    bench = open_bench(rig, drive="force", noise=False, converter=False, sample_rate_Hz=2048.0)
+    bench = open_bench(rig, sample_rate_Hz=2048.0, setup=BenchSetup(drive="force", noise=False, converter=False))
     bench.set_output(Excitation(kind="sine", amplitude_V=1.0, frequency_Hz=frequency_Hz))
     bench.read(int(wait_s * 2048))
     samples = bench.read(int(seconds * 2048)).samples

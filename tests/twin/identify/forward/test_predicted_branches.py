@@ -5,7 +5,7 @@ import pytest
 from beam_rows import deflection
 from scipy.interpolate import PchipInterpolator
 
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.diagnose.effects import with_effects
 from twin.identify.forward import predict
 from twin.identify.forward.predict import RigResponse, blank_data
@@ -34,7 +34,7 @@ SATURATING = layer_law(3.3e8 * O / (O + 2e-6), 3e9 * Q**2 / (Q**2 + 2.5e-12))
 
 def balance_crossings(rig, frequencies, force_N, *, span=(26.0, 27.5), channel="acc2", step=0.005):
     """Accelerations per frequency along the branch, wherever it crosses it."""
-    free = open_bench(rig, drive="force", noise=False, converter=False)
+    free = open_bench(rig, setup=BenchSetup(drive="force", noise=False, converter=False))
     names = [channel.name for channel in free.channels]
     points = HarmonicBalance(free.built, harmonics=5).branch(*span, force_N, step=step)
     f = np.array([point.frequency_Hz for point in points])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.identify.forward.shaker_impedance import drive_stiffness
 from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
 from twin.identify.linear.structural_modification import update_receptance
@@ -28,7 +28,7 @@ def test_a_silent_shaker_is_a_spring_at_the_drive_point(changes):
     """The layer's openings as they push each other, on the bench's linear rig in states: shaker, amplifier and coil."""
     rig, by = driven(**changes), {}
     for drive in ("shaker", "force"):
-        bench = open_bench(rig, drive=drive, layout=rig.layout())
+        bench = open_bench(rig, setup=BenchSetup(drive=drive, layout=rig.layout()))
         by[drive] = -bench.built.rig(0.0, 51200.0).transfer(FREQUENCY_Hz)[:, :3, 1:4]
     expected = by["shaker"] - by["force"]
     model = build_linear_model(rig, [Output("acc2", "acceleration", rig.place_of("acc2"))])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from drawn_frames import CLAMP, FLAT, beam, drawn, read
 
-from twin.bench import no_law, open_bench
+from twin.bench import BenchSetup, no_law, open_bench
 from twin.checks.expected import ExpectedResponse
 from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
 from twin.structure import assemble
@@ -44,7 +44,7 @@ def closed_form(omega):
 
 
 def of_the_bench(rig):
-    bench = open_bench(rig, drive="force", joint_law=no_law()).built
+    bench = open_bench(rig, joint_law=no_law(), setup=BenchSetup(drive="force")).built
     first = bench.locals + bench.auxiliaries + 1
     return bench.rig(0.0, 51200.0).transfer(FREQUENCIES_Hz)[:, first:, 0]
 

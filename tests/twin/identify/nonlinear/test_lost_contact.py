@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from twin.bench import open_bench
+from twin.bench import BenchSetup, open_bench
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import nominal_parameters
@@ -59,7 +59,9 @@ def slapping(build, steel_model):
 
 def _slapping(build, steel_model):
     slap = Effect(cause="joint-slap", parameters={"gap_m": GAP, "stiffness_factor": FACTOR})
-    bench = open_bench(STEEL, drive="force", noise=False, converter=False, layout=STEEL.layout(), effects=[slap])
+    bench = open_bench(
+        STEEL, effects=[slap], setup=BenchSetup(drive="force", noise=False, converter=False, layout=STEEL.layout())
+    )
     at = [[channel.name for channel in bench.channels].index(name) for name in ("force", "acc1", "acc2")]
     balance = HarmonicBalance(bench.built, harmonics=HARMONICS)
     found = [s for first, last, force in LEVELS for s in balance.sweep(np.linspace(first, last, 16), force)]
@@ -67,7 +69,7 @@ def _slapping(build, steel_model):
     channels = np.array([s.channels[at, 1:8] for s in found])
     steps = build.steps(omega, channels[:, 0], channels[:, 1:], relative=2e-5)
     evidence, nominal = build.evidence(steel_model, steps), nominal_parameters(STEEL)
-    sound = open_bench(STEEL, drive="force", noise=False, converter=False, layout=STEEL.layout())
+    sound = open_bench(STEEL, setup=BenchSetup(drive="force", noise=False, converter=False, layout=STEEL.layout()))
     baseline = BaselineParameters(nominal, (_true_law(sound.built.laws[0]),))
     harmonics = harmonic_residuals(ResidualModel(evidence), baseline)
     lost = ModelModification(opening={STEEL.joints[0].name: Opening(GAP, FACTOR)})
