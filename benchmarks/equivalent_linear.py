@@ -38,7 +38,7 @@ def softening_sweep(count: int = 400) -> SofteningSweep:
     Damped in the joint alone: modal damping would fill the full matrices.
     """
     rig = load_rig("steel-lap-joint")
-    model = build_linear_model(rig, [Output("acc2", "acceleration", rig.layout().place(rig.length))])
+    model = build_linear_model(rig, [Output("acc2", "acceleration", rig.layout().place(rig.layout().length))])
     base = replace(nominal_parameters(rig), loss_E=np.array([0.02]), loss_G=np.array([0.05]), zeta=np.full(5, 1e-12))
     omega = 2 * np.pi * np.linspace(20.0, 32.0, count)
     return SofteningSweep(model, omega, base, -np.linspace(0.0, base.E[0] / 3, count))

@@ -6,7 +6,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import eigsh, splu
 
 from twin.bench import BenchSetup, open_bench
-from twin.rigs import BeamPart, Layout, Rig, load_rig
+from twin.rigs import BeamPart, Layout, Rig, load_rig, moduli_at
 from twin.structure.elements.beam import beam_mass, beam_stiffness, deflection_shape
 from twin.structure.elements.thin_layer import thin_layer
 
@@ -21,7 +21,7 @@ MOST_LOADS = 64
 def long_rig(elements: int) -> tuple[Rig, Layout]:
     """The steel rig with sensors that weigh nothing, and its layout in so many beam elements."""
     rig = load_rig("steel-lap-joint")
-    sensors = [sensor.model_copy(update={"mass": 0.0}) for sensor in rig.sensors]
+    sensors = [sensor.model_copy(update={"mass": 0.0}) for sensor in rig.sensor]
     rig = rig.model_copy(update={"sensor": sensors})
     return rig, rig.layout(beam_elements=elements, layer_elements=LAYER)
 
@@ -37,7 +37,7 @@ def structure_by_hand(rig: Rig, layout: Layout) -> Array:
     M, K = [], []
     first: dict[str, int] = {}
     size = 0
-    (layer,), (moduli,) = layout.joints, rig.moduli()
+    (layer,), (moduli,) = layout.joints, moduli_at(rig)
     assert layer.begin is not None
     assert layer.to is not None
     stations = {part.name: _stations(part, layer.begin, layer.to) for part in layout.beams}

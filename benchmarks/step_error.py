@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from twin.bench import JointLaw, open_bench, steel_law
 from twin.bench.linear import to_poles
 from twin.bench.marching import Elements, coefficients, integrate
-from twin.rigs import load_rig
+from twin.rigs import load_rig, moduli_at
 
 RATE_Hz = 25600.0
 SECONDS = 0.2
@@ -21,7 +21,7 @@ FREQUENCY_Hz, VOLTS = 26.3, 1.6
 def _hyperelastic_rig() -> tuple[Any, Any, float]:
     """The shaken rig with a memoryless joint, which any integrator can march: linear part, law, scale of its force."""
     rig = load_rig("steel-lap-joint")
-    law = steel_law(rig.moduli("120N")[0].normal_modulus).normal
+    law = steel_law(moduli_at(rig, "120N")[0].normal_modulus).normal
     built = open_bench(rig, joint_law=JointLaw(law)).built
     return built.rig(0.0, RATE_Hz), law, built.elements_[0].scale
 

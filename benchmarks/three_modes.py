@@ -21,7 +21,7 @@ from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots
 from twin.identify.residuals.linearisation import Linearisation
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import Whitening
-from twin.rigs import load_rig
+from twin.rigs import load_rig, preload_name
 from twin.structure import layer_points
 
 Array = NDArray[Any]
@@ -84,7 +84,7 @@ def gauss_newton_three_modes() -> Measured:
 def _sweeps() -> tuple[MeasuredData, BaselineParameters]:
     """Sweeps of the steel rig whose tip moves as a resonance would make it; their forces are still to be predicted."""
     rig = load_rig("steel-lap-joint")
-    outputs = (Output("acc2", "acceleration", rig.layout().place(rig.length)),)
+    outputs = (Output("acc2", "acceleration", rig.layout().place(rig.layout().length)),)
     model = build_linear_model(rig, list(outputs))
     base = replace(nominal_parameters(rig), loss_E=np.array([0.02]), loss_G=np.array([0.05]), zeta=np.full(5, 1e-12))
     shape = 1.0 / np.sqrt(1.0 + np.linspace(-4.0, 4.0, STEPS) ** 2)
@@ -99,7 +99,7 @@ def _sweeps() -> tuple[MeasuredData, BaselineParameters]:
         np.zeros(len(omega)), np.zeros(len(omega)), np.zeros(len(omega)), (),
     )  # fmt: skip
     evidence = MeasuredData(
-        rig=rig, preload=rig.preload_name(None), model=model, outputs=outputs, force="force", reference=0,
+        rig=rig, preload=preload_name(rig), model=model, outputs=outputs, force="force", reference=0,
         broadband=(), steps=steps, unsettled=(), linear=None, runs=(), begun_s=0.0,
     )  # fmt: skip
     opening, slip = choose_knots(np.geomspace(1e-8, 1e-5, 50), KNOTS), choose_knots(np.geomspace(1e-8, 2e-6, 50), KNOTS)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from studies.eigensensitivity import FrequencySet, Pencil
 from twin.rigs import LapJointRig
-from twin.structure import assemble
+from twin.structure import assemble, with_mass_at
 
 Matrix = NDArray[np.float64]
 MASSES = ("sensor_mass", "bolt_mass", "drive_mass")
@@ -65,9 +65,9 @@ def hybrid_model(rig: LapJointRig, *, overlap_m: float, shear_ratio: float = 0.0
     a, b = (assemble(r, sensor_masses=False) for r in (one, two))
     Kc = b.K0 - a.K0
     places = {
-        "sensor_mass": min(rig.position_of(rig.response_sensors[0].channel) or 0.0, one.length),
+        "sensor_mass": min(rig.layout().position(rig.place_of(rig.response_sensors[0].channel)) or 0.0, one.length),
         "bolt_mass": one.lower.length - overlap_m / 2,
         "drive_mass": rig.drive.position,
     }
-    units = {name: a.with_mass_at(a.layout.place(place), 1.0).M - a.M for name, place in places.items()}
+    units = {name: with_mass_at(a, a.layout.place(place), 1.0).M - a.M for name, place in places.items()}
     return HybridModel(one, a.M, a.K0 - Kc, Kc, a.joints[0].KE, a.joints[0].KG, units, a.transverse)

@@ -18,7 +18,7 @@ from studies.eigensensitivity import (
     update_parameters,
 )
 from twin.rigs import Rig
-from twin.structure import Structure, assemble
+from twin.structure import Structure, assemble, with_mass_at
 
 __all__ = ["SharedEffect", "lap_joint_problem", "point_mass_effect", "update_moduli"]
 
@@ -42,7 +42,7 @@ class SharedEffect:
 
 def point_mass_effect(structure: Structure, position_m: float, *, name: str, start_kg: float) -> SharedEffect:
     """A mass fixed at `position_m`, its value free."""
-    unit = structure.with_mass_at(structure.layout.place(position_m), 1.0).M - structure.M
+    unit = with_mass_at(structure, structure.layout.place(position_m), 1.0).M - structure.M
     zero = np.zeros_like(unit)
     return SharedEffect(Parameter(name, start_kg, lower=1e-6, upper=10.0), lambda mass: (mass * unit, zero, unit, zero))
 

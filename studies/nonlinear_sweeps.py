@@ -22,7 +22,7 @@ from twin.identify.identified import identify_rig
 from twin.identify.measured_data import MeasuredData, gather_data
 from twin.identify.polynomials import Polynomials
 from twin.procedures import DirectAcquisition, Procedure, run_procedure
-from twin.rigs import LawTable, Rig, preload_record
+from twin.rigs import LawTable, Rig, moduli_at, preload_record
 
 LAW_KNOTS = 160
 HEADROOM = 0.98
@@ -87,7 +87,7 @@ def record_sweeps(sweeps: Sweeps, rig: Rig, preload: str, *, seed: int) -> Measu
         record(BROADBAND, broadband(), seed)
         noise = read_run(folder / BROADBAND)
         planned = planned_sweeps(rig, resonance(noise, rig))[SWEEPS]
-        guards = {sensor.channel: HEADROOM * sensor.range for sensor in rig.sensors}
+        guards = {sensor.channel: HEADROOM * sensor.range for sensor in rig.sensor}
         limits = planned.limits.model_copy(update={"peak": guards})
         record(SWEEPS, planned.model_copy(update={"amplitudes": sweeps.forces_N, "limits": limits}), seed + 1)
         return gather_data([noise, read_run(folder / SWEEPS)], rig, preload=preload)
@@ -113,7 +113,7 @@ def _residuals(sweeps: Sweeps, preload: str, found: Polynomials) -> dict[str, di
 def _details(polynomials: Polynomials, rig: Rig, preload: str, law: Law) -> dict[str, Any]:
     fit = polynomials.together
     X = np.linspace(0.05, 1.0, 96) * fit.largest_amplitude_m
-    true = rig.moduli(preload)[0].normal_modulus - np.polynomial.polynomial.polyval(X, np.array(law.softening))
+    true = moduli_at(rig, preload)[0].normal_modulus - np.polynomial.polynomial.polyval(X, np.array(law.softening))
     E = float(polynomials.base.E[0]) * float(np.exp(fit.base_change[0]))
     softest = float(np.ptp(true))
     return {

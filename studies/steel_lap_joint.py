@@ -53,7 +53,7 @@ def reproduce_steel_lap_joint() -> Reproduction:
     first = int(np.argmin([trial.update.chi2 for trial in tried]))
     best = tried[first] = trials[first](2)
 
-    tip = rig.position_of(rig.response_sensors[-1].channel)
+    tip = rig.layout().position(rig.place_of(rig.response_sensors[-1].channel))
     assert tip is not None
     effect = point_mass_effect(structure, tip, name="added_mass", start_kg=0.01)
     profiles, four = [], {}
@@ -96,7 +96,7 @@ def _elements(rig: Rig, structure: Structure) -> dict[str, dict[str, object]]:
     }
     result: dict[str, dict[str, object]] = {}
     for name, layered in layers.items():
-        effect = point_mass_effect(layered, rig.length, name="added_mass", start_kg=0.01)
+        effect = point_mass_effect(layered, rig.layout().length, name="added_mass", start_kg=0.01)
         update, _, _ = _fit(rig, layered, effect, 0)
         result[name] = {
             "parameters": {n: {"value": update.values[n], "std": update.std[n]} for n in update.names},

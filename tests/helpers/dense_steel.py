@@ -11,7 +11,7 @@ from recordings.run import Run, Step, StepState
 from twin.identify.linear.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
 from twin.identify.spectra.broadband import BinnedResponse
-from twin.rigs import load_rig
+from twin.rigs import load_rig, preload_name
 from twin.structure import layer_points
 
 
@@ -177,7 +177,7 @@ class Build:
         """Measured data of the steel rig."""
         rig = load_rig("steel-lap-joint")
         return MeasuredData(
-            rig=rig, preload=rig.preload_name(None), model=model, outputs=model.outputs, force="force",
+            rig=rig, preload=preload_name(rig), model=model, outputs=model.outputs, force="force",
             reference=len(model.outputs) - 1, broadband=tuple(broadband), steps=steps, unsettled=(), linear=None,
             runs=(BEGUN,),
         )  # fmt: skip

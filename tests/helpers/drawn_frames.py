@@ -9,7 +9,7 @@ import tomli_w
 from exact_frames import at_angle
 from scipy.linalg import eigh
 
-from twin.rigs import Rig, parse_rig
+from twin.rigs import Rig, moduli_at, parse_rig
 from twin.structure import Structure, assemble
 
 __all__ = [
@@ -62,7 +62,7 @@ def lowest_modes(structure: Structure, K: np.ndarray, count: int, rigid: int = 0
 def found_Hz(table: Table, count: int = 5, rigid: int = 0, preload: str | None = None) -> np.ndarray:
     """The first elastic natural frequencies of a rig file, without its sensors' masses."""
     rig = read(table)
-    structure, moduli = assemble(rig, sensor_masses=False), rig.moduli(preload) if rig.joints else ()
+    structure, moduli = assemble(rig, sensor_masses=False), moduli_at(rig, preload) if rig.joints else ()
     K = structure.stiffness([m.normal_modulus for m in moduli], [m.shear_modulus for m in moduli])
     return lowest_modes(structure, K, count, rigid)[0]
 

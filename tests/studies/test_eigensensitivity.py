@@ -7,7 +7,7 @@ from studies.eigensensitivity import FrequencySet, Parameter, Pencil, pair_modes
 from studies.identifiability import profile_likelihood, weak_directions
 from studies.lap_joint_moduli import point_mass_effect, update_moduli
 from twin.rigs import load_rig
-from twin.structure import assemble, normal_modes
+from twin.structure import assemble, normal_modes, with_mass_at
 
 
 def chain(springs=("k1", "k2", "k3", "k4"), extra=()):
@@ -169,7 +169,7 @@ def test_moduli_of_two_preloads_and_a_shared_mass_come_back_from_the_lap_joints_
     rig = load_rig("steel-lap-joint")
     structure = assemble(rig)
     mass = point_mass_effect(structure, 0.3, name="extra", start_kg=0.002)
-    heavier = structure.with_mass_at(structure.layout.place(0.3), 0.007)
+    heavier = with_mass_at(structure, structure.layout.place(0.3), 0.007)
     true = {"120N": (2.5e8, 6e7), "540N": (7e8, 3e7)}
     measured = {}
     for preload, moduli in true.items():

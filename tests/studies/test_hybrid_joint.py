@@ -9,7 +9,7 @@ from studies.hybrid_model import hybrid_model
 from studies.hybrid_search import search
 from studies.tables import load_study
 from twin.rigs import load_rig
-from twin.structure import assemble, normal_modes
+from twin.structure import assemble, normal_modes, with_mass_at
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,7 @@ def test_the_shipped_rig_meets_its_measured_frequencies():
     assert rig.length == pytest.approx(rig.response_sensors[0].position), "the sensor sits at the tip, as stated"
     (bolts,) = rig.effect
     at = rig.layout().place(bolts.parameters["position_m"])
-    structure = assemble(rig).with_mass_at(at, bolts.parameters["mass_kg"])
+    structure = with_mass_at(assemble(rig), at, bolts.parameters["mass_kg"])
     for preload in PRELOADS:
         moduli = rig.joint.preload[preload]
         K = structure.stiffness(moduli.normal_modulus, moduli.shear_modulus)

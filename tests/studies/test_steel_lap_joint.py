@@ -9,7 +9,7 @@ from studies.reproduction import Reproduction
 from studies.tables import load_study, percent_error
 from twin.cli import main
 from twin.rigs import load_rig
-from twin.structure import assemble, normal_modes
+from twin.structure import assemble, normal_modes, with_mass_at
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +74,7 @@ def test_reported_frequencies_are_those_of_a_structure_assembled_anew(printed):
     for preload, reported in printed["this_model"].items():
         E, G = (printed["parameters"][f"{kind}_modulus[{preload}]"]["value"] for kind in ("normal", "shear"))
         sensors = [s.model_copy(update={"mass": 0.002 * (s.quantity != "force")}) for s in rig.sensor]
-        structure = assemble(rig.model_copy(update={"sensor": sensors})).with_mass_at(rig.layout().place(0.42), mass)
+        structure = with_mass_at(assemble(rig.model_copy(update={"sensor": sensors})), rig.layout().place(0.42), mass)
         found = normal_modes(structure.M, structure.stiffness(E, G), 6).frequency_Hz
         for frequency in reported:
             assert np.min(np.abs(found / frequency - 1)) < 1e-6

@@ -8,7 +8,7 @@ import numpy as np
 from twin.bench.bench import Bench, open_bench
 from twin.bench.layer import steel_law
 from twin.cause_registry import DRAWS, Dice
-from twin.rigs import Effect, LawOfRig, Preload, Rig
+from twin.rigs import Effect, LawOfRig, Preload, Rig, moduli_at
 
 FIRST_CAUSES = (
     "added-mass",
@@ -38,7 +38,7 @@ class HiddenCase:
         """The bench with the effect in it, at the rig's first preload."""
         laws = {
             joint.name: steel_law(moduli.normal_modulus, softening=self.softening, loss=self.loss)
-            for joint, moduli in zip(self.rig.joints, self.rig.moduli(), strict=True)
+            for joint, moduli in zip(self.rig.joints, moduli_at(self.rig), strict=True)
             if isinstance(joint.law, LawOfRig)
         }
         return open_bench(self.rig, seed=seed, effects=self.effects, joint_law=laws)

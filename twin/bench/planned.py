@@ -13,7 +13,7 @@ from twin.bench.effects import apply_effects
 from twin.bench.instruments import InstrumentChannel
 from twin.bench.layer import JointLaw
 from twin.bench.plan import JointPlan, Plan
-from twin.rigs import Effect, Layout, Rig
+from twin.rigs import Effect, Layout, Rig, moduli_at, preload_name
 
 MONITORS = {
     "voltage": ("voltage", "voltage", 10.0, 1e-6),
@@ -34,17 +34,17 @@ def planned(
     layout: Layout | None = None,
 ) -> Plan:
     """Plan a rig; parameters and errors as of :func:`twin.bench.open_bench`."""
-    name = rig.preload_name(preload)
+    name = preload_name(rig, preload)
     # A shaker that does not drive is taken off; its force cell stays on, and is not recorded.
     idle = {cell for drive, cell in rig.force_cells.items() if cell != rig.force_sensor.channel}
     instruments = {
         s.channel: InstrumentChannel.of(
             s,
             rig.acquisition.bits,
-            position_m=rig.position_of(s.channel),
+            position_m=rig.layout().position(rig.place_of(s.channel)),
             direction=direction_name(rig.place_of(s.channel).direction),
         )
-        for s in rig.sensors
+        for s in rig.sensor
         if s.channel not in idle
     }
     for monitor in monitors:
@@ -61,7 +61,7 @@ def planned(
             joint.name, moduli.normal_modulus, moduli.shear_modulus, laws.get(joint.name),
             rate_per_s=rig.drift.preload_loss_per_h / 3600,
         )
-        for joint, moduli in zip(rig.joints, rig.moduli(name), strict=True)
+        for joint, moduli in zip(rig.joints, moduli_at(rig, name), strict=True)
     ]  # fmt: skip
     plan = Plan(
         rig, layout or rig.bench_layout(), joints, instruments,

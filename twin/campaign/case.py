@@ -18,7 +18,7 @@ from twin.demo import BROADBAND, broadband, planned_sweeps, recording_names, res
 from twin.diagnose import DiagnosisOptions, diagnose
 from twin.diagnose.models import CAUSES, DRIFTS
 from twin.procedures import DirectAcquisition, Procedure, load_procedure, run_procedure
-from twin.rigs import Rig, preload_record
+from twin.rigs import Rig, preload_name, preload_record
 
 NEXT = "next.mcap"
 """Recording of the test that an ambiguous diagnosis proposed."""
@@ -146,7 +146,7 @@ def _recorded(case: HiddenCase, rig: Rig, path: Path, procedure: Procedure, *, r
     """Record one procedure; whether it came to its end."""
     acquisition = DirectAcquisition(case.open_bench(seed=int(rng.integers(2**31))))
     info = {"source": "simulated", "rig": rig.name, "procedure": procedure.procedure, "stored": procedure.store}
-    info |= preload_record(rig.preload_name(None))
+    info |= preload_record(preload_name(rig))
     with RunWriter(path, info=info, channels=acquisition.channels, overwrite=True) as writer:
         try:
             return run_procedure(procedure, acquisition, writer).state == "done"

@@ -57,7 +57,7 @@ def _sensor_position(dice: Dice) -> Parameters:
 def _cross_talk(dice: Dice) -> Parameters:
     """Of acceleration, or of the force, whose volts are larger."""
     channel = dice.response()
-    source = str(dice.rng.choice([s.channel for s in dice.rig.sensors if s.channel != channel]))
+    source = str(dice.rng.choice([s.channel for s in dice.rig.sensor if s.channel != channel]))
     scale = 20.0 if source == dice.rig.force_sensor.channel else 1.0
     return {"channel": channel, "source": source, "factor": scale * dice.signed(0.01, 0.04)}
 

@@ -28,7 +28,7 @@ from twin.checks.thresholds import SHAPE
 from twin.diagnose.signals import as_known
 from twin.identify.measured_data import common_preload, response_outputs
 from twin.identify.rig_channels import drive_of, in_directions_of, own_channels, without_channels
-from twin.rigs import Rig
+from twin.rigs import Rig, preload_names
 
 Seen = TypeVar("Seen")
 
@@ -170,7 +170,8 @@ def _against_model(
             first = [responses[n] for n in of_drive if n < len(learnt)]
             second = [responses[n] for n in of_drive if n >= len(learnt)]
             driven = rig.driven_by(drive)
-            others = {name: ExpectedResponse.of(driven, outputs, name) for name in rig.preloads if name != preload}
+            names = [name for name in preload_names(rig) if name != preload]
+            others = {name: ExpectedResponse.of(driven, outputs, name) for name in names}
             noises = [one for seen in [*first, *second] for one in seen.noise]
             findings += look_at_preload(noises, {preload: expected, **others}, preload)
             findings += look_at_specimens(first, second, expected)

@@ -22,7 +22,7 @@ def look_at_metadata(run: Run, rig: Rig, *, preload: str | None) -> list[Finding
         The one that was asked for; None for the recording's.
     """
     findings = [*_rig(run, rig), *_preload(run, rig, preload), *_names(run, rig)]
-    for sensor in rig.sensors:
+    for sensor in rig.sensor:
         channel = run.channels.get(sensor.channel)
         if channel is None:
             continue
@@ -30,7 +30,7 @@ def look_at_metadata(run: Run, rig: Rig, *, preload: str | None) -> list[Finding
             found = f"the file says {channel.quantity} in {channel.unit}"
             expected = f"{sensor.quantity}, as rig {rig.name} says"
             findings.append(Finding(run.path, channel.name, "quantity", expected, found, "stopped"))
-        place, recorded = rig.position_of(sensor.channel), channel.position_m
+        place, recorded = rig.layout().position(rig.place_of(sensor.channel)), channel.position_m
         if place is not None and recorded is not None and abs(place - recorded) > PLACE_m:
             found = f"the file says {recorded:g} m"
             expected = f"{place:.4g} m, as rig {rig.name} says and as is used"
@@ -75,7 +75,7 @@ def _rig(run: Run, rig: Rig) -> list[Finding]:
 def _names(run: Run, rig: Rig) -> list[Finding]:
     """Sensors that the file may have by another name: they are missing, and it has a channel that the rig has not."""
     findings = []
-    known = {sensor.channel for sensor in rig.sensors}
+    known = {sensor.channel for sensor in rig.sensor}
     for sensor in rig.response_sensors:
         others = [c.name for c in run.channels.values() if c.quantity == sensor.quantity and c.name not in known]
         if sensor.channel not in run.channels and others:

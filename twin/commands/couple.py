@@ -62,7 +62,7 @@ def _write(found: CoupledResponses, folder: Path) -> None:
             name=one.channel, quantity=one.quantity, unit=quantity(one.quantity).unit,
             direction=direction_name(rig.place_of(one.channel).direction),
         )
-        for one in rig.sensors
+        for one in rig.sensor
     }  # fmt: skip
     forces = [rig.force_cells[drive] for drive in rig.drives]
     sensors = [sensor.channel for sensor in rig.response_sensors]

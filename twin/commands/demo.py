@@ -137,10 +137,10 @@ def _record(
     from drivers.host.transport import LineLostError
     from recordings import RunWriter
     from twin.procedures import dump_procedure, run_procedure
-    from twin.rigs import nominal_rig_file, preload_record
+    from twin.rigs import nominal_rig_file, preload_name, preload_record
 
     told = {"source": "simulated", "rig": nominal.name, "procedure": procedure.procedure, "stored": procedure.store}
-    info = told | preload_record(nominal.preload_name())
+    info = told | preload_record(preload_name(nominal))
     attachments = {"rig.toml": nominal_rig_file(nominal), "procedure.toml": dump_procedure(procedure)}
     measured = 0
 

@@ -129,12 +129,13 @@ class _Job:
         """Rehearse, improve, write; returns what went into result.json."""
         from twin.procedures import save_procedure
         from twin.rehearsal import NominalRig, rehearse, rehearse_until_clear, result_table
+        from twin.rigs import preload_name
         from twin.rigs.assumed import assumed
         from twin.views.live.about import LiveAbout
         from twin.views.reports.rehearsal import noise_sentence, rehearsal_page
 
         asked, rig, source = self.prepare()
-        preload = rig.preload_name(self.preload)
+        preload = preload_name(rig, self.preload)
         stage("predicting the branches")
         branches = known_branches(rig, preload, asked)
         nominal = NominalRig.of(rig, preload=preload, branches=branches)

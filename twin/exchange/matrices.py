@@ -15,7 +15,7 @@ from scipy.sparse import csr_array, save_npz
 from recordings.errors import InputError
 from recordings.whole import refuse_existing, whole_file
 from twin.arrays import Array
-from twin.rigs import Rig
+from twin.rigs import Rig, moduli_values
 from twin.rigs.matrices.op4 import SYMMETRIC
 from twin.rigs.node_tables import ROWS_OF_NODES, write_table
 from twin.structure import assemble, named_rows
@@ -50,7 +50,7 @@ def write_matrices(
             rig.name, f"part {reduced}", "was reduced when it was loaded: its rows belong to no node",
             "its own matrices are the files that the rig file names",
         )  # fmt: skip
-    K = structure.stiffness(*rig.moduli_values(preload))
+    K = structure.stiffness(*moduli_values(rig, preload))
     with ExitStack() as files:
         parts = [files.enter_context(whole_file(path)) for path in (mass, stiffness, nodes)]
         for path, part, name, matrix in ((mass, parts[0], "M", structure.M), (stiffness, parts[1], "K", K)):

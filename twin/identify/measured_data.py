@@ -27,7 +27,7 @@ from twin.identify.spectra.settled import still_changing
 from twin.identify.spectra.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records
 from twin.identify.spectra.sweeps import rows_by_sweep
-from twin.rigs import Place, Rig, Shaker, nearest_preload, recorded_preload
+from twin.rigs import Place, Rig, Shaker, nearest_preload, preload_name, recorded_preload
 
 
 class Known(Protocol):
@@ -330,7 +330,7 @@ def common_preload(runs: Sequence[Run], rig: Rig) -> str:
     if len(found) > 1:
         reason = f"the runs differ in preload: {', '.join(found)}"
         raise InputError([*found.values()][1], "metadata run", reason, "take the runs of each preload by themselves")
-    return next(iter(found), rig.preload_name(None))
+    return next(iter(found), preload_name(rig))
 
 
 def no_steps(outputs: int) -> StepArrays:

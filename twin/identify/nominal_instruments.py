@@ -43,9 +43,9 @@ def nominal_instruments(rig: Rig) -> ModelModification:
 
     Responses are per force, so what all channels have in common shows nowhere.
     """
-    alike = len({sensor.high_pass for sensor in rig.sensors}) == 1
+    alike = len({sensor.high_pass for sensor in rig.sensor}) == 1
     whole = ModelModification()
-    for sensor in rig.sensors:
+    for sensor in rig.sensor:
         factors = [high_pass(sensor.high_pass)] if sensor.high_pass > 0 and not alike else []
         if sensor.mounting_frequency is not None:
             factors.append(mount(*mounted(sensor.mounting_frequency, sensor.mounting_damping)))

@@ -170,7 +170,7 @@ def _loaded(run: Run, rig: Rig, sensor: str, places: Sequence[Place]) -> Iterato
     Hz = np.array([each.modes.frequency_Hz[: LIMITS.damped_modes] for each in moved])
     spread = float(np.max(np.ptp(Hz, axis=0) / np.mean(Hz, axis=0)))
     if spread > LIMITS.loaded:
-        mass_g = 1e3 * next(each.mass for each in rig.sensors if each.channel == sensor)
+        mass_g = 1e3 * next(each.mass for each in rig.sensor if each.channel == sensor)
         yield (
             f"{sensor}, {mass_g:.3g} g, moves natural frequencies by up to {spread:.2%} as it roves: modes split and "
             "shapes are no one structure's; rove the hammer, or put a dummy of its mass at all other points"

@@ -13,7 +13,18 @@ from twin.rigs.layout import (
     ThinLayer,
     Tie,
 )  # fmt: skip
-from twin.rigs.preloads import foreign_preload, known_preload, nearest_preload, preload_record, recorded_preload
+from twin.rigs.preloads import (
+    foreign_preload,
+    known_preload,
+    moduli_at,
+    moduli_values,
+    nearest_preload,
+    preload_name,
+    preload_names,
+    preload_record,
+    recorded_preload,
+    with_moduli,
+)
 from twin.rigs.rig import Rig
 from twin.rigs.store import RIG_FILES, load_rig, nominal_rig_file, parse_rig, save_rig
 from twin.rigs.structure_rig import StructureRig
@@ -47,10 +58,15 @@ __all__ = [
     "foreign_preload",
     "known_preload",
     "load_rig",
+    "moduli_at",
+    "moduli_values",
     "nearest_preload",
     "nominal_rig_file",
     "parse_rig",
+    "preload_name",
+    "preload_names",
     "preload_record",
     "recorded_preload",
     "save_rig",
+    "with_moduli",
 ]

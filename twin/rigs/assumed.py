@@ -36,7 +36,7 @@ def _model(rig: Rig) -> Iterator[str]:
     yield from _without_shear({beam.name: beam for beam in layout.beams})
     ratios = rig.damping.modal_ratio
     yield f"modes above {len(ratios)}: damped as mode {len(ratios)}, {ratios[-1]:g}"
-    sensors = rig.sensors
+    sensors = rig.sensor
     for told, channels in (
         ("no mass", [s.channel for s in sensors if s.mass == 0]),
         ("no high-pass", [s.channel for s in sensors if s.high_pass == 0]),
@@ -47,7 +47,7 @@ def _model(rig: Rig) -> Iterator[str]:
 
 
 def _instruments(rig: Rig) -> Iterator[str]:
-    if silent := [s.channel for s in rig.sensors if s.noise_density == 0]:
+    if silent := [s.channel for s in rig.sensor if s.noise_density == 0]:
         yield f"{', '.join(silent)}: no noise"
     if rig.acquisition == Acquisition():
         yield f"converter: {rig.acquisition.bits} bits, an exact clock, an anti-aliasing filter"

@@ -17,7 +17,6 @@ from twin.rigs.tables import (
     Effect,
     Measured,
     NaturalFrequencies,
-    Preload,
     Shaker,
     Transducer,
 )
@@ -32,6 +31,7 @@ class Rig(Table, ABC):
 
     if TYPE_CHECKING:
         sensor: Sequence[Transducer]
+        """In the file's order."""
     name: Name
     damping: Damping
     acquisition: Acquisition = Acquisition()
@@ -54,11 +54,6 @@ class Rig(Table, ABC):
     @abstractmethod
     def bench_layout(self) -> Layout:
         """The same on the bench's own mesh, which no inference shares."""
-
-    @property
-    def sensors(self) -> Sequence[Transducer]:
-        """All transducers in the file's order."""
-        return self.sensor
 
     @property
     @abstractmethod
@@ -115,53 +110,14 @@ class Rig(Table, ABC):
         return self.layout().joints
 
     @property
-    def length(self) -> float:
-        """Of all beams' stretches one behind the other, m."""
-        return self.layout().length
-
-    @property
     def force_sensor(self) -> Transducer:
         """The force cell of the driving shaker."""
-        return next(s for s in self.sensors if s.quantity == "force")
+        return next(s for s in self.sensor if s.quantity == "force")
 
     @property
     def response_sensors(self) -> list[Transducer]:
         """All sensors but force cells, in the file's order."""
-        return [s for s in self.sensors if s.quantity != "force"]
-
-    def position_of(self, channel: str) -> float | None:
-        """Where a sensor is, m along the stretches of beams; None if it is on none."""
-        return self.layout().position(self.place_of(channel))
-
-    @property
-    def preloads(self) -> tuple[str, ...]:
-        """Names of the preloads, which all joints share; none without a joint."""
-        return tuple(self.joints[0].preload) if self.joints else ()
-
-    def preload_name(self, name: str | None = None) -> str:
-        """The named preload, or the first of the file; KeyError if the rig has no such preload."""
-        if name is None or (not name and not self.joints):
-            return next(iter(self.preloads), "")
-        if name not in self.preloads:
-            raise KeyError(f"rig {self.name!r} has no preload {name!r}; it has {', '.join(self.preloads)}")
-        return name
-
-    def moduli(self, preload: str | None = None) -> tuple[Preload, ...]:
-        """E' and G' of every joint at a preload."""
-        name = self.preload_name(preload)
-        return tuple(joint.preload[name] for joint in self.joints)
-
-    def moduli_values(self, preload: str | None = None) -> tuple[list[float], list[float]]:
-        """The same as numbers, N/m2: all E', and all G'."""
-        moduli = self.moduli(preload)
-        return [m.normal_modulus for m in moduli], [m.shear_modulus for m in moduli]
-
-    def with_moduli(self, preload: str, moduli: Sequence[Preload]) -> Self:
-        """The same rig with other moduli of its joints at a preload, which need not be one of the file's."""
-        return self.with_joints([
-            joint.model_copy(update={"preload": {**joint.preload, preload: own}})
-            for joint, own in zip(self.joints, moduli, strict=True)
-        ])  # fmt: skip
+        return [s for s in self.sensor if s.quantity != "force"]
 
     @property
     def sentence(self) -> str:

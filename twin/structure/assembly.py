@@ -1,14 +1,14 @@
 """Assembly of a structure from its layout: beams, reduced parts, supports, ties and the joints' layers."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from recordings.directions import AXES
 from twin.arrays import Array
-from twin.rigs import BeamPart, Layout, Rig, Tie
+from twin.rigs import BeamPart, Layout, Place, Rig, Tie
 from twin.rigs.layout import DOFS
 from twin.structure.constraints import free_coordinates
 from twin.structure.elements.beam import beam_mass, beam_stiffness, rod_mass, rod_stiffness
@@ -78,11 +78,22 @@ def assemble(rig: Rig, *, layout: Layout | None = None, sensor_masses: bool = Tr
     M, K0 = (csr_array(basis.T @ A @ basis) for A in (M, K0))
     structure = Structure(M, K0, B_C, joints, layout, meshes, basis, free)
     if sensor_masses:
-        for sensor in rig.sensors:
-            structure = structure.with_mass_at(rig.place_of(sensor.channel), sensor.mass)
+        for sensor in rig.sensor:
+            structure = with_mass_at(structure, rig.place_of(sensor.channel), sensor.mass)
     if rig.shaker.stinger_lateral_stiffness:
-        structure = structure.with_lateral_spring(rig.drive_place, rig.shaker.stinger_lateral_stiffness)
+        # Along a beam, at its right surface: the stinger resists slope too.
+        row = structure.surface_motion(rig.drive_place, side=-1)
+        K0 = with_square(structure.sparse_K0, rig.shaker.stinger_lateral_stiffness, row)
+        structure = replace(structure, sparse_K0=K0)
     return structure
+
+
+def with_mass_at(structure: Structure, place: Place, mass_kg: float) -> Structure:
+    """The same structure with a mass fixed at a place."""
+    M = structure.sparse_M
+    for row in structure.translations(place)[::-1]:
+        M = with_square(M, mass_kg, row)
+    return replace(structure, sparse_M=M)
 
 
 def beam_elements(mesh: BeamMesh) -> tuple[Array, Array]:

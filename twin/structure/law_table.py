@@ -38,7 +38,7 @@ def layer_table(rig: Rig, *, E: float, G: float, joint: int = 0) -> LayerLawTabl
         return _of_steel(E)
     if not isinstance(table, LawTable):
         return table
-    if table.channel not in {sensor.channel for sensor in rig.sensors}:
+    if table.channel not in {sensor.channel for sensor in rig.sensor}:
         raise ValueError(f"joint.law.channel {table.channel!r} is not a sensor of the rig")
     return _translated(_RigFile(rig.model_dump_json(), rig), E, G)
 

@@ -136,7 +136,7 @@ def _attached(layout: Layout, rig: Rig, name: str, read: dict[str, PartMatrices]
     for part, at in layout.attached:
         if part == name:
             yield int(at)
-    for place in [rig.drive_place, *(rig.place_of(sensor.channel) for sensor in rig.sensors)]:
+    for place in [rig.drive_place, *(rig.place_of(sensor.channel) for sensor in rig.sensor)]:
         if place.part == name:
             yield int(place.at)
     joined = [(j.between, j.pairs) for j in layout.joints] + [(tie.between, tie.pairs) for tie in layout.ties]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from twin.arrays import Array
-from twin.rigs import Rig
+from twin.rigs import Rig, moduli_values
 from twin.structure.assembly import assemble
 from twin.structure.modes import Modes, normal_modes, rigid_motions
 from twin.structure.structure import Structure
@@ -35,4 +35,4 @@ def modelled_rig(rig: Rig, *, preload: str | None = None) -> ModelledRig:
     InputError if a file of a part given by matrices cannot be read or does not fit; KeyError if the rig has no such
     preload.
     """
-    return ModelledRig.of(rig, assemble(rig), *rig.moduli_values(preload))
+    return ModelledRig.of(rig, assemble(rig), *moduli_values(rig, preload))

@@ -140,7 +140,7 @@ def _masses(m: ModelledRig) -> Iterator[str]:
     # a part that its own matrices hold follows a translation only as far as its modes do: the best axis tells most
     along = [m.structure.rigid_translation(axis) for axis in AXES.values()]
     whole = max(float(motion @ m.structure.M @ motion) for motion in along)
-    for sensor in m.rig.sensors:
+    for sensor in m.rig.sensor:
         if sensor.mass > USUAL.heavy * whole > 0:
             yield f"sensor {sensor.channel!r}: {1e3 * sensor.mass:.3g} g, {sensor.mass / whole:.0%} of the structure"
 

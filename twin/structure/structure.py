@@ -20,7 +20,6 @@ from twin.structure.elements.thin_layer import LayerRows
 from twin.structure.matrix_coordinates import MatrixCoordinates
 from twin.structure.mesh import BeamMesh
 from twin.structure.node_field import NodeField
-from twin.structure.sparse import with_square
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,18 +209,6 @@ class Structure:
             if isinstance(mesh, BeamMesh):
                 along[mesh.first : mesh.first + mesh.size : len(mesh.dofs)] = True
         return np.asarray(~along[self.free])
-
-    def with_mass_at(self, place: Place, mass_kg: float) -> Structure:
-        """The same structure with a mass fixed at a place."""
-        M = self.sparse_M
-        for row in self.translations(place)[::-1]:
-            M = with_square(M, mass_kg, row)
-        return replace(self, sparse_M=M)
-
-    def with_lateral_spring(self, place: Place, stiffness_N_per_m: float) -> Structure:
-        """The same structure on a spring to ground along a beam, at its right surface, which resists slope too."""
-        row = self.surface_motion(place, side=-1)
-        return replace(self, sparse_K0=with_square(self.sparse_K0, stiffness_N_per_m, row))
 
     def with_gradient(self, gradient: float, *, joint: int = 0) -> Structure:
         """The same structure with a joint whose moduli vary along it, see :meth:`JointOperators.with_gradient`."""

@@ -11,7 +11,7 @@ from recordings.directions import AXES
 from recordings.errors import InputError, blamed_on
 from twin.arrays import Array
 from twin.identify.linear.receptance import ModalBasis, lowest_modes_basis
-from twin.rigs import BeamPart, Place
+from twin.rigs import BeamPart, Place, moduli_values
 from twin.rigs.substructures import Connection, SubstructuresRig
 from twin.structure import Structure, assemble
 from twin.substructuring.coupling import Coupled, couple
@@ -144,7 +144,7 @@ def gather_substructures(rig: SubstructuresRig, *, preload: str | None = None) -
     if np.linalg.matrix_rank(closed) < len(closed):
         raise InputError(rig.name, "connection", "a gap is closed rigidly twice", "leave one of the connections out")
     basis = lowest_modes_basis(
-        structure.M, structure.stiffness(*rig.moduli_values(preload)), np.array(rig.damping.modal_ratio),
+        structure.M, structure.stiffness(*moduli_values(rig, preload)), np.array(rig.damping.modal_ratio),
         kept=structure.size,
     )  # fmt: skip
     assert lines is not None

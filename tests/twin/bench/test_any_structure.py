@@ -10,8 +10,8 @@ from recordings.directions import cosine, unit_vector
 from twin.bench import BenchSetup, no_law, open_bench
 from twin.bench.limits import LIMITS
 from twin.identify.measured_data import response_outputs
-from twin.rigs import Effect, Place, load_rig
-from twin.structure import assemble, normal_modes, rigid_motions
+from twin.rigs import Effect, Place, load_rig, moduli_at, with_moduli
+from twin.structure import assemble, normal_modes, rigid_motions, with_mass_at
 
 RIGS = ("hung-lap-joint", "l-frame", "two-lap-joints", "shaking-base", "stiffened-plate")
 FREQUENCIES_Hz = np.array([8.0, 31.0, 77.0, 160.0, 210.0, 420.0, 640.0])
@@ -20,7 +20,7 @@ FREQUENCIES_Hz = np.array([8.0, 31.0, 77.0, 160.0, 210.0, 420.0, 640.0])
 def dense_responses(rig, omega):
     """Displacements of all response sensors per force, by a solve at each frequency with modal damping."""
     s = assemble(rig, layout=rig.bench_layout())
-    moduli = rig.moduli()
+    moduli = moduli_at(rig)
     K = s.stiffness([m.normal_modulus for m in moduli], [m.shear_modulus for m in moduli])
     modes = normal_modes(s.M, K)
     rigid, ratios = rigid_motions(modes.omega), rig.damping.modal_ratio
@@ -37,7 +37,7 @@ def test_a_rigs_linear_response_is_that_of_all_its_coordinates(name):
     rig = load_rig(name)
     built = open_bench(rig, joint_law=no_law(), setup=BenchSetup(drive="force")).built
     assert built.rigid == {"hung-lap-joint": 3, "stiffened-plate": 6}.get(name, 0)
-    channels = [sensor.channel for sensor in rig.sensors]
+    channels = [sensor.channel for sensor in rig.sensor]
     outputs = [built.locals + built.auxiliaries + channels.index(s.channel) for s in rig.response_sensors]
     omega = 2 * np.pi * FREQUENCIES_Hz
     found = built.rig(0.0, 51200.0).transfer(FREQUENCIES_Hz)[:, outputs, 0] / -(omega[:, None] ** 2)
@@ -63,9 +63,9 @@ def test_an_effect_acts_on_the_joint_that_it_names():
         number = ("inner", "outer").index(joint)
         halved = [
             m.model_copy(update={"normal_modulus": m.normal_modulus / 2, "shear_modulus": m.shear_modulus / 2})
-            if n == number else m for n, m in enumerate(rig.moduli())
+            if n == number else m for n, m in enumerate(moduli_at(rig))
         ]  # fmt: skip
-        np.testing.assert_allclose(frequencies, first_modes(rig.with_moduli("120N", halved)), rtol=1e-9)
+        np.testing.assert_allclose(frequencies, first_modes(with_moduli(rig, "120N", halved)), rtol=1e-9)
         assert frequencies[0] < plain[0] * (1 - 1e-5)
     assert softer["inner"][0] < softer["outer"][0], "the root's joint carries more of mode 1"
 
@@ -93,8 +93,8 @@ def test_a_mass_at_a_node_is_felt_in_every_direction():
         rig, joint_law=no_law(),
         effects=[Effect(cause="added-mass", parameters={"mass_kg": 0.05, "part": "plate", "node": node})],
     ).built  # fmt: skip
-    s = assemble(rig, layout=rig.bench_layout()).with_mass_at(rig.place_of("acc1"), 0.05)
-    moduli = rig.moduli()
+    s = with_mass_at(assemble(rig, layout=rig.bench_layout()), rig.place_of("acc1"), 0.05)
+    moduli = moduli_at(rig)
     K = s.stiffness([m.normal_modulus for m in moduli], [m.shear_modulus for m in moduli])
     expected = normal_modes(s.M, K, 14).omega[6:]
     np.testing.assert_allclose(heavier.modal(0.0, 51200.0).omega[6:14], expected, rtol=1e-5)

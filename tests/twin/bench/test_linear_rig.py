@@ -7,8 +7,8 @@ import pytest
 from beam_rows import deflection
 
 from twin.bench import BenchSetup, no_law, open_bench
-from twin.rigs import Effect, load_rig
-from twin.structure import assemble, normal_modes
+from twin.rigs import Effect, load_rig, moduli_at
+from twin.structure import assemble, normal_modes, with_mass_at
 
 RIG = load_rig("steel-lap-joint")
 FREQUENCY = np.array([5.0, 20.0, 26.4, 60.0, 150.0, 157.0, 300.0, 470.0, 700.0])
@@ -57,7 +57,7 @@ def test_a_force_without_a_shaker_does_the_same_at_the_resonances(channel):
 def test_a_joint_force_moves_the_channels_as_with_all_modes(velocities):
     """What it moves is mostly high modes, of which the kept ones leave a part out."""
     built = open_bench(RIG, setup=BenchSetup(drive="force")).built
-    (moduli,) = RIG.moduli()
+    (moduli,) = moduli_at(RIG)
     w = 2 * np.pi * np.array([26.4, 79.2, 157.0])[:, None, None, None]
 
     def found_with(below_Hz):
@@ -106,8 +106,8 @@ def test_coil_current_obeys_ohm_at_low_frequency():
 @pytest.mark.parametrize(
     ("cause", "parameters", "change"),
     [
-        ("added-mass", {"position_m": 0.3, "mass_kg": 0.01}, lambda s: s.with_mass_at(s.layout.place(0.3), 0.01)),
-        ("drive-mass", {"mass_kg": 0.05}, lambda s: s.with_mass_at(s.layout.place(0.05), 0.05)),
+        ("added-mass", {"position_m": 0.3, "mass_kg": 0.01}, lambda s: with_mass_at(s, s.layout.place(0.3), 0.01)),
+        ("drive-mass", {"mass_kg": 0.05}, lambda s: with_mass_at(s, s.layout.place(0.05), 0.05)),
     ],
 )
 def test_mass_effects_shift_the_modes_as_the_elements_do(cause, parameters, change):
@@ -122,7 +122,7 @@ def test_mass_effects_shift_the_modes_as_the_elements_do(cause, parameters, chan
 def test_clamp_compliance_lowers_mode_1_by_the_energy_of_the_root_moment():
     """d omega^2 = -c M0^2 to first order, M0 the root moment of the mass-normalised mode."""
     bench = open_bench(RIG, joint_law=no_law())
-    (moduli,) = RIG.moduli()
+    (moduli,) = moduli_at(RIG)
     modes = bench.built.condensed.modes([moduli.normal_modulus], [moduli.shear_modulus], below_Hz=100.0)
     phi = bench.built.condensed.T @ modes.Phi[:, 0]
     c = 1e-7

@@ -17,7 +17,7 @@ from twin.bench import EFFECTS, draw_case, open_bench
 from twin.campaign.plan import campaign_causes
 from twin.cause_registry import DRAWS, load_causes
 from twin.diagnose.models import CAUSES
-from twin.rigs import load_rig
+from twin.rigs import load_rig, moduli_at
 from twin.structure import assemble, normal_modes
 
 GUIDE = Path(__file__).parents[3] / "docs" / "a-new-cause.md"
@@ -61,7 +61,7 @@ def test_its_effect_acts_on_the_bench_as_its_draw_says(tmp_path):
     (effect,) = case.effects
     assert 100.0 <= effect.parameters["stiffness_N_per_m"] <= 300.0
     before, after = (lowest_squared(open_bench(RIG, effects=effects)) for effects in ((), case.effects))
-    structure, (moduli,) = assemble(RIG), RIG.moduli()
+    structure, (moduli,) = assemble(RIG), moduli_at(RIG)
     modes = normal_modes(structure.M, structure.stiffness(moduli.normal_modulus, moduli.shear_modulus), 1)
     moved = deflection(structure, effect.parameters["position_m"]) @ modes.Phi[:, 0]
     # To first order; the spring's own share of the stiffness is some ten per cent.

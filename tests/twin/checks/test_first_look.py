@@ -17,7 +17,7 @@ from recordings import InputError, Run, read_run
 from recordings.run import DeviceSamples
 from twin.checks import Finding, FirstLook, first_look
 from twin.cli import main
-from twin.rigs import Effect, load_rig
+from twin.rigs import Effect, load_rig, preload_names
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +116,7 @@ def test_another_rig_than_the_recordings_stops(clean: Runs) -> None:
 
 def test_a_preload_that_the_file_contradicts_is_told(clean: Runs) -> None:
     rig = load_rig("steel-lap-joint")
-    other = next(name for name in rig.preloads if name != "120N")
+    other = next(name for name in preload_names(rig) if name != "120N")
     findings = look(clean, preload=other).findings
     assert ("preload", f"{other}, as was asked for") in {(one.kind, one.expected) for one in findings}
 

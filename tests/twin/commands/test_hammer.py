@@ -9,7 +9,7 @@ import pytest
 
 from recordings import FrequencyTable, read_table
 from twin.cli import main
-from twin.rigs import RIG_FILES, load_rig
+from twin.rigs import RIG_FILES, load_rig, moduli_values
 from twin.structure import assemble, normal_modes
 
 POINTS = [("lower", at) for at in (0.0, 0.04, 0.08, 0.12, 0.16)] + [
@@ -47,7 +47,7 @@ def natural_Hz():
     """Of the rig with its accelerometers and without a shaker."""
     rig = load_rig("hung-lap-joint")
     s = assemble(rig.hit_at(rig.drive_place))
-    Hz = normal_modes(s.M, s.stiffness(*rig.moduli_values()), 12).frequency_Hz
+    Hz = normal_modes(s.M, s.stiffness(*moduli_values(rig)), 12).frequency_Hz
     return Hz[Hz > 10.0]
 
 

@@ -36,7 +36,7 @@ def test_every_shipped_rig_is_told(capsys, name):
     assert frequencies == sorted(frequencies)
     assert frequencies[0] > 5.0
     assert table["rigid_modes"] == {"hung-lap-joint": 3, "stiffened-plate": 6}.get(name, 0)
-    assert table["sensors"] == [sensor.channel for sensor in rig.sensors]
+    assert table["sensors"] == [sensor.channel for sensor in rig.sensor]
     errors = [one["frequency_error"] for one in table["reductions"].values()]
     assert len(errors) == {"stiffened-plate": 2}.get(name, 0)
     assert max(errors, default=0.0) < 1e-4

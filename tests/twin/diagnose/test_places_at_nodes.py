@@ -11,7 +11,7 @@ from twin.diagnose.models import CAUSES
 from twin.diagnose.places import from_told_place, node_field, place_at, place_labels, position, told_place
 from twin.identify.forward.predict import blank_data
 from twin.procedures import DirectAcquisition, run_procedure
-from twin.rigs import Effect, Place, load_rig, preload_record
+from twin.rigs import Effect, Place, load_rig, preload_name, preload_record
 from twin.structure import NodeField
 
 PLATE = load_rig("stiffened-plate")
@@ -103,7 +103,7 @@ def test_a_mass_on_the_plate_is_found_at_its_node(tmp_path):
     hidden = {"part": part, "node": 18.0, "mass_kg": 0.04}
     acquisition = DirectAcquisition(open_bench(PLATE, seed=8, effects=[Effect(cause="added-mass", parameters=hidden)]))
     path = tmp_path / "noise.mcap"
-    info = {"source": "simulated", "rig": PLATE.name, "stored": "settled"} | preload_record(PLATE.preload_name(None))
+    info = {"source": "simulated", "rig": PLATE.name, "stored": "settled"} | preload_record(preload_name(PLATE))
     with RunWriter(path, info=info, channels=acquisition.channels) as writer:
         assert run_procedure(broadband(), acquisition, writer).state == "done"
     found = diagnose([read_run(path)], PLATE).to_dict()

@@ -21,7 +21,7 @@ from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.rig_channels import drive_of, own_channels
 from twin.procedures import Random, SteppedSine
 from twin.rehearsal import NominalRig, open_twin, rehearse
-from twin.rigs import Effect, load_rig
+from twin.rigs import Effect, load_rig, preload_name
 from twin.structure import assemble, normal_modes
 
 AT = {"root": 0.075, "end": 0.24}
@@ -58,7 +58,7 @@ def runs(rig, tmp_path_factory):
         sweep = SteppedSine(**held, frequencies=around, amplitudes=[0.2], measure={"seconds": 0.5})
         for kind, procedure in (("noise", noise), ("sweep", sweep)):
             driven, path = rig.driven_by(drive), folder / f"{kind}-{drive}.mcap"
-            source = open_twin(driven, procedure, preload=rig.preload_name(None), seed=3, source="rig")
+            source = open_twin(driven, procedure, preload=preload_name(rig), seed=3, source="rig")
             rehearse(procedure, source, path, nominal=NominalRig.of(driven, preload=""))
             found[kind, drive] = read_run(path)
     return found
@@ -141,7 +141,7 @@ def test_what_is_wrong_at_a_drive_is_found_from_the_runs_of_both(rig, tmp_path, 
     for drive, cell in CELLS.items():
         noise = Random(drive=drive, target_channel=cell, band=(5.0, 1000.0), rms=0.5, duration=8.0)
         driven, path = faulty.driven_by(drive), tmp_path / f"{drive}.mcap"
-        source = open_twin(driven, noise, preload=rig.preload_name(None), seed=3, source="rig")
+        source = open_twin(driven, noise, preload=preload_name(rig), seed=3, source="rig")
         rehearse(noise, source, path, nominal=NominalRig.of(rig.driven_by(drive), preload=""))
         learnt.append(read_run(path))
     data = gather_data([own_channels(run, rig) for run in learnt], rig)

@@ -18,7 +18,7 @@ from twin.identify.nonlinear.opening_harmonics import balance_openings
 from twin.identify.residuals.harmonics import harmonic_residuals
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.updated_rig import updated_rig
-from twin.rigs import load_rig
+from twin.rigs import load_rig, preload_name
 from twin.structure import layer_points
 
 RIG = load_rig("two-lap-joints")
@@ -112,7 +112,7 @@ def evidence(build, model, base, swept, monkeypatch):
     bins = -((2 * np.pi * BAND_Hz[:, None]) ** 2) * (x @ model.ports.rows[model.ports.outputs].T)
     covariance = np.tile(1e-7 * np.eye(2) + 0j, (len(BAND_Hz), 1, 1))
     steel = build.evidence(model, steps, [build.bins(BAND_Hz, bins, covariance)])
-    return replace(steel, rig=RIG, preload=RIG.preload_name(None))
+    return replace(steel, rig=RIG, preload=preload_name(RIG))
 
 
 def test_each_joint_follows_its_own_law(evidence, base, swept):

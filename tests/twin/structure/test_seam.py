@@ -13,7 +13,7 @@ from twin.demo import broadband
 from twin.diagnose import diagnose
 from twin.identify.measured_data import gather_data
 from twin.procedures import DirectAcquisition, run_procedure
-from twin.rigs import Effect, load_rig, preload_record
+from twin.rigs import Effect, load_rig, moduli_at, preload_record, with_moduli
 
 INSIDE = ("rigs", "structure", "papers")
 """Packages that may know of beams' nodes and of the lap joint's file; the papers are about lap joints."""
@@ -126,9 +126,9 @@ def ring(tmp_path_factory):
 
 def test_a_ring_of_beams_is_recorded_and_its_joint_identified(ring, tmp_path):
     """A rig of another kind, described in this file alone: noise through the shaker, and E', G' found from it."""
-    (nominal,) = ring.moduli()
+    (nominal,) = moduli_at(ring)
     true = nominal.model_copy(update={"normal_modulus": 1.06 * nominal.normal_modulus, "shear_modulus": 7.0e7})
-    acquisition = DirectAcquisition(open_bench(ring.with_moduli("120N", [true]), seed=5))
+    acquisition = DirectAcquisition(open_bench(with_moduli(ring, "120N", [true]), seed=5))
     path = tmp_path / "noise.mcap"
     info = {"source": "simulated", "rig": ring.name, "stored": "settled"} | preload_record("120N")
     with RunWriter(path, info=info, channels=acquisition.channels) as writer:

@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_array, issparse
 
 from twin.bench import BenchSetup, open_bench
-from twin.rigs import Effect, load_rig
+from twin.rigs import Effect, load_rig, moduli_values
 from twin.structure import assemble, normal_modes
 from twin.structure.limits import LIMITS
 from twin.structure.sparse import handy, solved, with_coordinate, with_square
@@ -40,7 +40,7 @@ def test_lanczos_finds_the_modes_that_lapack_finds_with_rigid_ones_among_them():
     layout = replace(RIG.layout(beam_elements=200), supports=())
     structure = assemble(RIG, layout=layout)
     assert structure.size > LIMITS.dense_up_to
-    K = structure.stiffness(*RIG.moduli_values("120N"))
+    K = structure.stiffness(*moduli_values(RIG, "120N"))
     found = normal_modes(structure.sparse_M, csr_array(K), 12)
     values = eigh(K, structure.M, eigvals_only=True, subset_by_index=(0, 11))
     np.testing.assert_allclose(found.omega[3:], np.sqrt(values[3:]), rtol=1e-6)

@@ -9,7 +9,7 @@ from drawn_frames import CLAMP, FLAT, THICK, beam, drawn, found_Hz, lowest_modes
 from exact_frames import Bar, ExactFrame, at_angle, energies
 from scipy.linalg import eigh
 
-from twin.rigs import RIG_FILES, load_rig, parse_rig
+from twin.rigs import RIG_FILES, load_rig, moduli_at, parse_rig
 from twin.structure import assemble
 from twin.structure.mesh import mesh_beams, mesh_layers
 
@@ -129,10 +129,10 @@ DRAWN = {
 
 def modes_at_sensors(rig, preload):
     """Natural frequencies, and each mode's displacement at one place times that at another."""
-    structure, moduli = assemble(rig), rig.moduli(preload)
+    structure, moduli = assemble(rig), moduli_at(rig, preload)
     K = structure.stiffness(*([getattr(m, f) for m in moduli] for f in ("normal_modulus", "shear_modulus")))
     frequency, Phi = lowest_modes(structure, K, 8)
-    at = np.array([structure.row(rig.place_of(sensor.channel)) for sensor in rig.sensors]) @ Phi
+    at = np.array([structure.row(rig.place_of(sensor.channel)) for sensor in rig.sensor]) @ Phi
     return frequency, at[:, None] * at[None]
 
 
@@ -149,7 +149,7 @@ def test_the_lap_joint_by_hand_is_that_of_format_1(how, preload, upper):
 def test_rows_of_places_are_those_of_format_1():
     rig, first = read(by_hand({})), load_rig("steel-lap-joint")
     structure, its = assemble(rig), assemble(first)
-    for sensor in first.sensors:
+    for sensor in first.sensor:
         row, other = structure.row(rig.place_of(sensor.channel)), its.row(first.place_of(sensor.channel))
         np.testing.assert_allclose(row, other, atol=1e-12)
     np.testing.assert_allclose(structure.row(rig.drive_place), its.row(first.drive_place), atol=1e-12)

@@ -27,7 +27,7 @@ from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.identify.spectra.sine_fit import SteadyState
 from twin.lab.identified_joint import IdentifiedJoint
-from twin.rigs import load_rig
+from twin.rigs import load_rig, preload_name
 from twin.views.curves import broadband_responses
 
 sys.path.insert(0, str(Path(__file__).parent))  # the helpers beside this file
@@ -47,7 +47,7 @@ def unmeasured(run: Run, make_state: Callable[..., SteadyState]) -> tuple[Measur
     """A broadband run and two sweeps whose responses are still to be filled in, and what is true of the rig."""
     rig = load_rig("steel-lap-joint")
     outputs = tuple(Output(channel, "acceleration", rig.place_of(channel)) for channel in ("acc1", "acc2"))
-    preload = rig.preload_name(None)
+    preload = preload_name(rig)
     model = build_linear_model(rig, list(outputs), preload=preload)
     law = LayerLaw(
         np.geomspace(1e-7, 1e-5, 4), np.geomspace(5e-8, 5e-6, 4),

@@ -51,7 +51,7 @@ class AddedMass(Cause):
 
 def _missing(rig: Rig) -> float:
     """What may be missing anywhere, kg: where the rig file lists its lumps, no more than a sensor weighs."""
-    return max(sensor.mass for sensor in rig.sensors) if rig.layout().masses else UNLISTED
+    return max(sensor.mass for sensor in rig.sensor) if rig.layout().masses else UNLISTED
 
 
 def _listed(rig: Rig) -> dict[str, PointMass]:

@@ -7,6 +7,7 @@ from twin.causes.joints import JointCause
 from twin.diagnose.cause import Label, MeasuredData, ModelModification, Parameter, Values
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.linear.linear_fit import MODULI_STD
+from twin.rigs import moduli_at
 
 SCALE = 0.7
 """Half or twice what was assumed is usual."""
@@ -31,7 +32,7 @@ class JointStiffness(JointCause):
     ) -> tuple[BaselineParameters, dict[str, float]]:
         """The data know the products alone: nearly all that the moduli are off by goes into the factors."""
         base, joint = baseline.base, self.number(evidence, label)
-        nominal = evidence.rig.moduli(evidence.preload)[joint]
+        nominal = moduli_at(evidence.rig, evidence.preload)[joint]
         share = SCALE**2 / (SCALE**2 + MODULI_STD**2)
         normal = values["log_normal_factor"] + math.log(base.E[joint] / nominal.normal_modulus)
         shear = values["log_shear_factor"] + math.log(base.G[joint] / nominal.shear_modulus)

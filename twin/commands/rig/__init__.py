@@ -72,7 +72,7 @@ def show(
                 }
                 for one in modelled.structure.reductions
             },
-            "sensors": [sensor.channel for sensor in loaded.sensors],
+            "sensors": [sensor.channel for sensor in loaded.sensor],
             "effects": [effect.cause for effect in loaded.effect],
             "assumed": assumed(loaded),
             "warnings": list(warnings),

@@ -355,13 +355,13 @@ class _Frequencies:
             if sensor.mass <= LIMITS.heavy_sensor_kg or not on_a_beam:
                 continue
             light = sensor.model_copy(update={"mass": LIMITS.light_sensor_kg})
-            sensors = [light if other is sensor else other for other in rig.sensors]
+            sensors = [light if other is sensor else other for other in rig.sensor]
             lighter = self.evidence.against(rig.model_copy(update={"sensor": sensors}))
             without = fit_with_errors(lighter, None, fit_base(lighter).baseline, ())
             if self.search.base.log_evidence - without.log_evidence < least_gain(self.evidence):
                 continue
             passable = rig.layout().passable
-            position = rig.position_of(sensor.channel) if passable else place.at
+            position = rig.layout().position(rig.place_of(sensor.channel)) if passable else place.at
             assert position is not None
             start = {"mass_kg": sensor.mass - LIMITS.light_sensor_kg, "position_m": position}
             there = CauseHypothesis(CAUSES["added-mass"], {} if passable else {"part": place.part}, start, {})

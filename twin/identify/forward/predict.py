@@ -21,7 +21,7 @@ from twin.identify.linear.linear_model import Output, build_linear_model, nomina
 from twin.identify.measured_data import MeasuredData, no_steps, reference_output
 from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.joint import Curve
-from twin.rigs import LawTable, LayerLawTable, Rig
+from twin.rigs import LawTable, LayerLawTable, Rig, preload_name
 from twin.structure.law_table import layer_table
 
 GRID_POINTS = 240
@@ -37,7 +37,7 @@ def blank_data(rig: Rig, preload: str | None = None) -> MeasuredData:
     model = build_linear_model(rig, list(outputs), preload=preload)
     return MeasuredData(
         rig=rig,
-        preload=rig.preload_name(preload),
+        preload=preload_name(rig, preload),
         model=model,
         outputs=outputs,
         force=rig.force_sensor.channel,

@@ -20,7 +20,7 @@ from twin.identify.limits import LIMITS
 from twin.identify.linear.blocks import Blocks
 from twin.identify.linear.receptance import ModalBasis, layer_ports, lowest_modes_basis, padded
 from twin.identify.linear.structural_modification import PortPairs
-from twin.rigs import Place, Rig
+from twin.rigs import Place, Rig, moduli_values
 from twin.structure import Structure, assemble
 
 
@@ -341,7 +341,7 @@ def build_linear_model(
         Other than the one `rig` describes: a cause that changes the beams, say.
     """
     structure = structure or assemble(rig)
-    E, G = map(np.array, rig.moduli_values(preload))
+    E, G = map(np.array, moduli_values(rig, preload))
     K = structure.stiffness(E, G)
     basis = lowest_modes_basis(structure.M, K, np.asarray(rig.damping.modal_ratio))
     strains = [layer_ports(joint) for joint in structure.joints]
@@ -361,7 +361,7 @@ def _one_after_another(rows: tuple[Array, ...], first: int) -> tuple[slice, ...]
 def nominal_parameters(rig: Rig, preload: str | None = None) -> LinearParameters:
     """What the rig file says, as a start: published moduli, no joint loss, its modal damping."""
     zeta = padded(np.asarray(rig.damping.modal_ratio), LIMITS.damped_modes)
-    E, G = map(np.array, rig.moduli_values(preload))
+    E, G = map(np.array, moduli_values(rig, preload))
     offset = rig.natural_frequencies.offset[: LIMITS.damped_modes]
     discrepancy = np.pad(np.asarray(offset, float), (0, LIMITS.damped_modes - len(offset)))
     return LinearParameters(E, G, np.zeros(len(E)), np.zeros(len(E)), zeta, discrepancy)

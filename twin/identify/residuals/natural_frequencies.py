@@ -22,7 +22,7 @@ from twin.identify.linear.changed_model import changed_structure
 from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.rigs import Rig
+from twin.rigs import Rig, moduli_at, preload_names, with_moduli
 from twin.rigs.structure_rig import StructureRig
 from twin.structure import Structure
 
@@ -113,7 +113,7 @@ class MeasuredFrequencies(MeasuredData):
     def nominal(self) -> LinearParameters:
         """The moduli as the rig file has them, state by state; without joints E is Young's, and G nothing."""
         if self.rig.joints:
-            moduli = [own for state in self.states for own in self.rig.moduli(state)]
+            moduli = [own for state in self.states for own in moduli_at(self.rig, state)]
             E, G = (np.array([getattr(own, kind) for own in moduli]) for kind in KINDS)
         else:
             E = np.array([self.rig.layout().beam(beams[0]).youngs_modulus for beams in self.materials])
@@ -151,7 +151,7 @@ class MeasuredFrequencies(MeasuredData):
                 joint.preload[state].model_copy(update=dict(zip(KINDS, map(float, pair), strict=True)))
                 for joint, pair in zip(rig.joints, pairs, strict=True)
             ]
-            rig = rig.with_moduli(state, moduli)
+            rig = with_moduli(rig, state, moduli)
         if not isinstance(rig, StructureRig):
             return rig
         young = {name: float(E) for beams, E in zip(self.materials, found.E, strict=False) for name in beams}
@@ -172,7 +172,7 @@ class MeasuredFrequencies(MeasuredData):
 
 def states_of(rig: Rig) -> tuple[str, ...]:
     """States that frequencies may be measured in: the preloads; without a joint there is one."""
-    return rig.preloads or (("clamped" if rig.layout().supports else "free"),)
+    return preload_names(rig) or (("clamped" if rig.layout().supports else "free"),)
 
 
 def measured_frequencies(

@@ -24,7 +24,7 @@ from twin.identify.responses.limits import LIMITS
 from twin.identify.responses.matching import Matched, match_responses
 from twin.identify.responses.reduction import reduce_responses
 from twin.identify.spectra.broadband import BinnedResponse
-from twin.rigs import Rig
+from twin.rigs import Rig, preload_name
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def gather_responses(
     InputError
         If nothing belongs to the rig's channels or stands out of its noise.
     """
-    preload = preload or rig.preload_name(None)
+    preload = preload or preload_name(rig)
     cases, told = _cases(files, rig)
     outputs = _outputs(cases, rig)
     channels = [output.channel for output in outputs]

@@ -21,7 +21,7 @@ from twin.identify.responses.updating import (
     with_damping,
     with_rest,
 )
-from twin.rigs import BeamPart, Place, Rig
+from twin.rigs import BeamPart, Place, Rig, preload_name
 
 Where = list[tuple[int, int, Place]]
 """Rows of a shape, axes in it, and the rig's places."""
@@ -40,7 +40,7 @@ def update_to_modes(file: Responses, rig: Rig, *, preload: str | None = None, sc
     InputError
         If no mode of the file is one of the rig's.
     """
-    state = preload or rig.preload_name(None)
+    state = preload or preload_name(rig)
     known = scatter or rig.natural_frequencies.scatter or LIMITS.scatter
     rig = with_rest(rig, [], {}, known, known)
     where = _where(file, rig)

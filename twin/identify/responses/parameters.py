@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from twin.identify.responses.limits import LIMITS
-from twin.rigs import BeamPart, Rig, StructureRig, Support
+from twin.rigs import BeamPart, Rig, StructureRig, Support, moduli_at, with_moduli
 from twin.rigs.layout import Spring
 
 
@@ -97,4 +97,4 @@ def _clamp(number: int, beam: BeamPart) -> UpdatedParameter:
 
 
 def _joint(preload: str, number: int, field: str) -> Callable[[Rig, float], Rig]:
-    return lambda rig, value: rig.with_moduli(preload, _changed(rig.moduli(preload), number, {field: value}))
+    return lambda rig, value: with_moduli(rig, preload, _changed(moduli_at(rig, preload), number, {field: value}))

@@ -20,7 +20,7 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.responses.evidence import Gathered, gather_responses
 from twin.identify.responses.limits import LIMITS
 from twin.identify.responses.parameters import UpdatedParameter, parameters_of
-from twin.rigs import Place, Rig, StructureRig
+from twin.rigs import Place, Rig, StructureRig, moduli_values
 from twin.structure import assemble, normal_modes, rigid_motions
 from twin.structure.modes import MOST_RIGID
 
@@ -182,7 +182,7 @@ def _measured(found: Gathered) -> MatchedModes:
 def modes_of(rig: Rig, preload: str, places: Sequence[Place], *, count: int = IDENTIFY.damped_modes) -> MatchedModes:
     """The first modes of a rig, with their modal constants between places and the drive, 1/kg."""
     structure = assemble(rig)
-    modes = normal_modes(structure.M, structure.stiffness(*rig.moduli_values(preload)), count + MOST_RIGID)
+    modes = normal_modes(structure.M, structure.stiffness(*moduli_values(rig, preload)), count + MOST_RIGID)
     first = rigid_motions(modes.omega)
     kept = slice(first, first + count)
     Phi = modes.Phi[:, kept]

@@ -19,7 +19,7 @@ from twin.identify.residuals.natural_frequencies import measured_frequencies
 from twin.rigs import load_rig
 from twin.rigs.beam import BeamRig
 from twin.rigs.store import load_any_rig
-from twin.structure import assemble, normal_modes
+from twin.structure import assemble, normal_modes, with_mass_at
 
 BEAM = BeamRig.model_validate(
     {
@@ -168,7 +168,7 @@ def test_causes_act_as_structures_assembled_by_themselves():
     (E,), (G,) = evidence.nominal.E, evidence.nominal.G
     at = rig.layout().place(0.3)
     expected = {
-        "added-mass": ({}, assemble(rig).with_mass_at(at, 0.05), {"mass_kg": 0.05, "position_m": 0.3}),
+        "added-mass": ({}, with_mass_at(assemble(rig), at, 0.05), {"mass_kg": 0.05, "position_m": 0.3}),
         "clamp-compliance": (
             {}, assemble(rig, layout=rig.layout().with_yielding_supports(1 / 2e3)), {"rotational_rad_per_Nm": 1 / 2e3},
         ),

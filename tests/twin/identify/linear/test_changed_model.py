@@ -11,7 +11,7 @@ from beam_rows import deflection
 from twin.identify.linear.changed_model import ChangedModels
 from twin.identify.linear.linear_model import build_linear_model
 from twin.identify.model_modification import Attachment, ModelModification
-from twin.rigs import load_rig
+from twin.rigs import load_rig, preload_name
 
 RIG = load_rig("steel-lap-joint")
 SOFTER = ModelModification(beam_modulus={"upper": 0.9})
@@ -19,7 +19,7 @@ SOFTER = ModelModification(beam_modulus={"upper": 0.9})
 
 @pytest.fixture
 def models():
-    return ChangedModels(RIG, RIG.preload_name(None))
+    return ChangedModels(RIG, preload_name(RIG))
 
 
 def test_what_leaves_the_structure_alone_builds_nothing(models, steel_model):

@@ -9,6 +9,7 @@ from drawn_frames import CLAMP, FLAT, beam, drawn, read
 from twin.bench import BenchSetup, no_law, open_bench
 from twin.checks.expected import ExpectedResponse
 from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
+from twin.rigs import preload_name
 from twin.structure import assemble
 
 LENGTH, DAMPING = 0.3, 20.0
@@ -57,7 +58,7 @@ def of_the_model(rig):
 
 def of_the_first_look(rig):
     outputs = [Output(name, "displacement", rig.place_of(name)) for name in "bc"]
-    return ExpectedResponse.of(rig, outputs, rig.preload_name(None)).H(FREQUENCIES_Hz)
+    return ExpectedResponse.of(rig, outputs, preload_name(rig)).H(FREQUENCIES_Hz)
 
 
 @pytest.mark.parametrize(("found", "near"), [(of_the_bench, 3e-3), (of_the_model, 3e-4), (of_the_first_look, 3e-4)])
