@@ -9,6 +9,7 @@ from recordings.directions import direction_name, unit_vector
 from twin.arrays import Array
 from twin.diagnose.cause import Parameter, Values
 from twin.diagnose.limits import LIMITS
+from twin.identify.known_places import drive_places
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment
 from twin.rigs import BeamPart, Place
@@ -143,7 +144,7 @@ def point(place: Place) -> Callable[[Structure], Array]:
 
 def brought_along(evidence: MeasuredData, stiffness: Callable[[Array], Array]) -> tuple[Attachment, ...]:
     """A dynamic stiffness (f, 1) that a shaker brings along, at the place of whichever drive acts."""
-    places = evidence.drive_places
+    places = drive_places(evidence)
     if len(places) == 1:
         return (Attachment(point(places[0]), stiffness),)
     return tuple(Attachment(point(place), stiffness, drive=number) for number, place in enumerate(places))

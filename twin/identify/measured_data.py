@@ -27,7 +27,7 @@ from twin.identify.spectra.settled import still_changing
 from twin.identify.spectra.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records
 from twin.identify.spectra.sweeps import rows_by_sweep
-from twin.rigs import Place, Rig, Shaker, nearest_preload, preload_name, recorded_preload
+from twin.rigs import Rig, Shaker, nearest_preload, preload_name, recorded_preload
 
 
 class Known(Protocol):
@@ -182,36 +182,15 @@ class MeasuredData:
         return replace(self, steps=self.steps.select(np.zeros(len(self.steps), bool)))
 
     @property
-    def unused(self) -> tuple[str, ...]:
-        """The rig's response channels of which not every recording has samples."""
-        return tuple(s.channel for s in self.rig.response_sensors if s.channel not in self.channels)
-
-    @property
     def unused_told(self) -> tuple[str, ...]:
-        """A sentence on :attr:`unused` channels; none where all were used."""
-        names = ", ".join(self.unused)
+        """A sentence on the rig's response channels of which not every recording has samples; none without any."""
+        names = ", ".join(s.channel for s in self.rig.response_sensors if s.channel not in self.channels)
         return (f"the rig's {names} was not used: not all recordings have samples of it",) if names else ()
-
-    @property
-    def drive_place(self) -> Place:
-        """Where the shaker is known to drive, the first of several."""
-        return self.drive_places[0]
-
-    @property
-    def drive_places(self) -> tuple[Place, ...]:
-        """Where each of the rig's drives is known to act."""
-        off, layout = self.known.drive_offset_m, self.rig.layout()
-        return tuple(layout.moved(place, off.get(name, 0.0)) for name, place in self.rig.drives.items())
 
     @cached_property
     def shakers(self) -> tuple[Shaker, ...]:
         """Of the rig's drives."""
         return tuple(self.rig.driven_by(name).shaker for name in self.rig.drives)
-
-    def place_of(self, channel: str) -> Place:
-        """Where a response channel is known to measure."""
-        nominal = next(output.place for output in self.outputs if output.channel == channel)
-        return self.rig.layout().moved(nominal, self.known.output_offset_m.get(channel, 0.0))
 
 
 HARMONICS = 7

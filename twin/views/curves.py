@@ -13,6 +13,7 @@ from twin.diagnose.answer.comparison import SweepComparison
 from twin.diagnose.answer.result import Diagnosis
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.forward.broadband_response import broadband_response
 from twin.identify.gauss_newton import Solution
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
@@ -302,7 +303,7 @@ def shown_models(diagnosis: Diagnosis) -> dict[str, FittedModel]:
 def broadband_responses(evidence: MeasuredData, model: Fitted, index: int) -> Array:
     """What a model predicts of broadband run `index`: responses per force at its bins, (b, o), unit/N."""
     residual_model = ResidualModel(evidence, _extension(evidence, model))
-    return residual_model.broadband_response(evidence.broadband[index], model.baseline)
+    return broadband_response(residual_model, evidence.broadband[index], model.baseline)
 
 
 def _extension(evidence: MeasuredData, model: Fitted) -> ModelModification | None:

@@ -8,6 +8,7 @@ from recordings.errors import InputError
 from twin.diagnose.effects import acting_effects
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import starting_baseline
+from twin.identify.forward.broadband_response import broadband_response
 from twin.identify.linear.linear_model import build_linear_model, nominal_parameters
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.responses import gather_responses
@@ -36,7 +37,7 @@ def test_all_of_it_gone_is_the_beam_without_it(evidence):
     baseline = starting_baseline(evidence)
     nominal = nominal_parameters(LAB.rig)
     at_rest = type(baseline)(nominal, baseline.laws, baseline.shown)
-    found = ResidualModel(evidence, modification).broadband_response(evidence.broadband[0], at_rest)
+    found = broadband_response(ResidualModel(evidence, modification), evidence.broadband[0], at_rest)
     gone = build_linear_model(LAB.without(LAB.rig, "m4"), list(evidence.outputs))
     omega = evidence.broadband[0].omega
     there = gone.response(gone.receptance(omega, nominal), omega)

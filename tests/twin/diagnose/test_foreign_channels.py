@@ -56,7 +56,7 @@ def test_a_sensor_of_the_rig_without_samples_is_not_used_and_told(campaign: Path
     }
     evidence = sound_data([replace(run, devices=devices)], RIG).evidence
     assert "acc1" not in evidence.channels
-    assert evidence.unused == ("acc1",)
+    assert evidence.unused_told == ("the rig's acc1 was not used: not all recordings have samples of it",)
 
 
 def test_the_rigs_own_channels_are_kept_as_they_are(campaign: Path) -> None:

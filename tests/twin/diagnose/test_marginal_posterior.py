@@ -14,6 +14,7 @@ from twin.diagnose.marginal_posterior import marginal_over_places
 from twin.diagnose.models import CAUSES
 from twin.diagnose.posterior import temperature
 from twin.identify.base_fit import starting_baseline
+from twin.identify.forward.broadband_response import broadband_response
 from twin.identify.measured_data import gather_data
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.rigs import load_rig
@@ -36,7 +37,7 @@ def evidence_of(campaign):
         model = ResidualModel(noise, modification_of(noise, (mass(mass_kg),)))
         z = np.random.default_rng(5).standard_normal((*data.H.shape, 2)) @ np.array([1, 1j]) / np.sqrt(2)
         off = (np.linalg.cholesky(data.relative_covariance) @ z[:, :, None])[:, :, 0]
-        return replace(noise, broadband=(replace(data, H=model.broadband_response(data, baseline) * np.exp(off)),))
+        return replace(noise, broadband=(replace(data, H=broadband_response(model, data, baseline) * np.exp(off)),))
 
     return evidence_of
 

@@ -16,6 +16,7 @@ from twin.diagnose.posterior import temperature
 from twin.diagnose.residual_columns import tolerances_of
 from twin.identify import frequency_shifts
 from twin.identify.base_fit import starting_baseline
+from twin.identify.forward.broadband_response import broadband_response
 from twin.identify.gauss_newton import minimise
 from twin.identify.measured_data import gather_data
 from twin.identify.model_modification import ModelModification
@@ -50,7 +51,7 @@ def drawn(measured, baseline):
     at, (data,), steps = measured.reference, measured.broadband, measured.steps
     residual_model = ResidualModel(measured)
     R, omega, _ = residual_model.step_receptance(baseline)
-    of_steps, of_bins = residual_model.responses(R, omega), residual_model.broadband_response(data, baseline)
+    of_steps, of_bins = residual_model.responses(R, omega), broadband_response(residual_model, data, baseline)
 
     def having(bins, steps_off):
         """Responses off by these factors; the reference channel moves as measured, for the law goes by that."""
@@ -194,7 +195,7 @@ def test_a_sweep_that_is_shifted_as_a_whole_is_no_model_error(measured, baseline
         force[rows, 0] = (response[:, at, 0] / ratio[:, at])[rows]
         response[rows, :, 0] = (ratio * force[:, :1])[rows]
     (data,) = measured.broadband
-    binned = replace(data, H=plain.broadband_response(data, baseline))
+    binned = replace(data, H=broadband_response(plain, data, baseline))
     evidence = replace(measured, broadband=(binned,), steps=replace(steps, response=response, force=force))
     problem = FitProblem(evidence, None, baseline, ())
     inferred, with_shifts = infer_errors(problem, None)

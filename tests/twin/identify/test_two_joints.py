@@ -8,6 +8,7 @@ import pytest
 from twin.identify.base_fit import fit_base
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward import forward_model
+from twin.identify.forward.broadband_response import broadband_response
 from twin.identify.forward.predict import RigResponse, blank_data
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
@@ -183,8 +184,8 @@ def test_what_acts_on_one_joint_leaves_the_other_alone(evidence, base):
     baseline = BaselineParameters(base, LAWS)
     halved = ResidualModel(evidence, ModelModification(moduli_factor={"inner": (0.5, 0.5)}))
     other = replace(base, E=base.E * [0.5, 1.0], G=base.G * [0.5, 1.0])
-    there = ResidualModel(evidence).broadband_response(evidence.broadband[0], BaselineParameters(other, LAWS))
-    np.testing.assert_allclose(halved.broadband_response(evidence.broadband[0], baseline), there, rtol=1e-9)
+    there = broadband_response(ResidualModel(evidence), evidence.broadband[0], BaselineParameters(other, LAWS))
+    np.testing.assert_allclose(broadband_response(halved, evidence.broadband[0], baseline), there, rtol=1e-9)
     drifting = ResidualModel(evidence, ModelModification(layer_drift_per_s={"outer": 1e-3}))
     left = drifting.normal_left(np.array([0.0, 100.0]))
     np.testing.assert_allclose(left, [[1.0, 1.0], [1.0, 0.9]])

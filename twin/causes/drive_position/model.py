@@ -1,6 +1,7 @@
 """The shaker drives the beam at another place than was written down."""
 
 from twin.diagnose.cause import Cause, Label, Labels, MeasuredData, ModelModification, Parameter, Values
+from twin.identify.known_places import drive_places
 
 
 class DrivePosition(Cause):
@@ -14,14 +15,14 @@ class DrivePosition(Cause):
         reach = evidence.rig.layout().reach
         cells = evidence.rig.force_cells
         movable = [
-            name for name, place in zip(evidence.rig.drives, evidence.drive_places, strict=True) if any(reach(place))
+            name for name, place in zip(evidence.rig.drives, drive_places(evidence), strict=True) if any(reach(place))
         ]
         return tuple({"channel": cells[name]} for name in movable)
 
     def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Offset along its beam."""
         number = [*evidence.rig.drives].index(_drive(evidence, label))
-        back, forth = evidence.rig.layout().reach(evidence.drive_places[number])
+        back, forth = evidence.rig.layout().reach(drive_places(evidence)[number])
         return (
             Parameter(name="offset_m", scale=0.01, lower=-0.8 * back, upper=0.9 * forth, null=0.0, starts=(0.001,)),
         )

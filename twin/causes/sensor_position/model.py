@@ -1,6 +1,7 @@
 """A sensor sits at another place than was written down."""
 
 from twin.diagnose.cause import Cause, Label, Labels, MeasuredData, Parameter, Values, response_channels
+from twin.identify.known_places import output_place
 from twin.identify.model_modification import ModelModification, point_mass
 
 
@@ -17,11 +18,11 @@ class SensorPosition(Cause):
     def labels(self, evidence: MeasuredData) -> Labels:
         """Any response channel whose sensor may have been moved."""
         reach = evidence.rig.layout().reach
-        return [label for label in response_channels(evidence) if any(reach(evidence.place_of(label["channel"])))]
+        return [label for label in response_channels(evidence) if any(reach(output_place(evidence, label["channel"])))]
 
     def parameters(self, evidence: MeasuredData, label: Label) -> tuple[Parameter, ...]:
         """Offset along its beam, and the share of the mass, which changes nothing by itself."""
-        back, forth = evidence.rig.layout().reach(evidence.place_of(label["channel"]))
+        back, forth = evidence.rig.layout().reach(output_place(evidence, label["channel"]))
         return (
             Parameter(name="offset_m", scale=0.01, lower=-0.5 * back, upper=forth, null=0.0, starts=(-0.001,)),
             Parameter(name="carried", scale=0.5, lower=0.0, upper=1.0, null=1.0, starts=(0.0,)),
@@ -37,7 +38,7 @@ class SensorPosition(Cause):
 
     def modification(self, evidence: MeasuredData, label: Label, values: Values) -> ModelModification:
         """The channel read elsewhere, and the inertia of its sensor taken from here to there."""
-        here = evidence.place_of(label["channel"])
+        here = output_place(evidence, label["channel"])
         there = evidence.rig.layout().moved(here, values["offset_m"])
         mass = values["carried"] * _mass(evidence, label)
         directions = len(evidence.model.structure.translations(here))

@@ -9,6 +9,7 @@ from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_noise import predicted_bins
 from twin.diagnose.next_test.proposal import Proposal
+from twin.identify.forward.broadband_response import broadband_response
 from twin.identify.measured_data import MeasuredData, StepArrays
 from twin.identify.residuals.harmonics import harmonic_residuals
 from twin.identify.residuals.residual_model import ResidualModel
@@ -83,7 +84,7 @@ def _answered(evidence: MeasuredData, truth: FittedModel, band: BinnedResponse) 
     """The bins with what the model answers."""
     there = replace(evidence.without_steps(), broadband=(band,))
     residual_model = ResidualModel(there, modification_of(there, truth.hypotheses))
-    return replace(band, H=residual_model.broadband_response(band, truth.baseline))
+    return replace(band, H=broadband_response(residual_model, band, truth.baseline))
 
 
 def _steps(

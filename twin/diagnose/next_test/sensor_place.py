@@ -13,6 +13,7 @@ from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import PredictedData
 from twin.diagnose.next_test.separation import Promise, least_promise
+from twin.identify.known_places import drive_places
 from twin.identify.linear.linear_model import Output
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.residual_model import ResidualModel
@@ -86,7 +87,7 @@ def _predict_test_data(evidence: MeasuredData, truth: FittedModel, place: Place)
     """The last broadband run if a model were true, with an accelerometer more."""
     data = evidence.broadband[-1]
     outputs = (*evidence.outputs, Output(NEW, "acceleration", place))
-    model = evidence.model.with_places(outputs, [evidence.drive_place, *[*evidence.rig.drives.values()][1:]])
+    model = evidence.model.with_places(outputs, [drive_places(evidence)[0], *[*evidence.rig.drives.values()][1:]])
     more = replace(evidence.without_steps(), outputs=outputs, model=model, broadband=())
     residual_model = ResidualModel(more, modification_of(more, truth.hypotheses))
     R, omega = residual_model.broadband_receptance(data, truth.baseline, data.omega)

@@ -16,9 +16,9 @@ from twin.identify.forward.shaker_impedance import drive_stiffness
 from twin.identify.frequency_shifts import shift_of_run, shift_of_steps
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import LinearParameters
-from twin.identify.linear.structural_modification import attach, update_receptance
+from twin.identify.linear.structural_modification import update_receptance
 from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification, NoiseMotion
+from twin.identify.model_modification import ModelModification
 from twin.identify.nonlinear.balance import Added, Balance, log_amplitudes
 from twin.identify.nonlinear.local_forces import LocalForces, Surroundings
 from twin.identify.nonlinear.opening_harmonics import (
@@ -70,25 +70,6 @@ class ForwardModel(LinearForwardModel):
         weights[:, : len(self.points)] *= self.normal_left(self.step_times)[:, self.points.joint]
         return weights
 
-    def broadband_response(self, data: BinnedResponse, baseline: BaselineParameters) -> Array:
-        """Predicted responses per force (b, o) at the bins of a broadband run, unit/N."""
-        R, omega = self.felt_receptance(data, baseline, inner=len(baseline.shown) > 0)
-        H = self.responses(R, omega)
-        return H * np.exp(self.by_shown(R, omega) @ baseline.shown) if len(baseline.shown) else H
-
-    def by_shown(self, R: Array, omega: Array) -> Array:
-        """D log response (f, o, o m) / d log of what each of the outputs shows of each of the m damped modes."""
-        return self.log_response_change(self.model.shown_sensitivity(self.driven(R, omega)), R, omega)
-
-    def felt_receptance(
-        self, data: BinnedResponse, baseline: BaselineParameters, *, inner: bool = False
-    ) -> tuple[Array, Array]:
-        """Receptances of a broadband run with what local nonlinear forces do in its noise; and the rig's own omega."""
-        R, omega = self.broadband_receptance(data, baseline, data.omega, inner=inner)
-        if self.local.act_in_noise:
-            R = self.in_noise(R, omega, self.noise_motion(R, omega, data))
-        return R, omega
-
     def broadband_receptance(
         self, data: BinnedResponse, baseline: BaselineParameters, omega: Array, *, inner: bool = False
     ) -> tuple[Array, Array]:
@@ -102,21 +83,6 @@ class ForwardModel(LinearForwardModel):
         """The linear parameters as they were in a broadband run."""
         shift = shift_of_run(self.evidence, data, baseline.shifts)
         return baseline.base.shifted(data.frequency_offset + shift)
-
-    def noise_motion(self, R: Array, omega: Array, data: BinnedResponse) -> tuple[NoiseMotion, ...]:
-        """How the port of each local nonlinear force moves in a broadband run.
-
-        As with steps, the motion is that of the measured channels, carried to the ports by the model's shapes.
-        """
-        H = self.responses(R, omega)
-        measured = np.sum(np.conj(H) * data.H, axis=1) / np.sum(np.abs(H) ** 2, axis=1)
-        motion = self.driven(R, omega)[:, self.nonlinear_ports] * measured[:, None]
-        power = np.abs(motion) ** 2 * data.force_power[:, None]
-        return tuple(NoiseMotion(omega, column) for column in power.T)
-
-    def in_noise(self, R: Array, omega: Array, motion: tuple[NoiseMotion, ...]) -> Array:
-        """Receptances with the linear substitutes of the local nonlinear forces at this :meth:`noise_motion`."""
-        return attach(R, self.nonlinear_ports, self.local.substitutes(motion, omega))
 
     def step_omega(self, baseline: BaselineParameters) -> Array:
         """Complex frequencies (s,) at which the model without drift and shift responds as the rig does at the steps."""

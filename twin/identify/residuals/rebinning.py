@@ -10,6 +10,7 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.forward.broadband_response import in_noise, noise_motion
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import bin_broadband
 from twin.identify.measured_data import MeasuredData
@@ -43,11 +44,11 @@ def _responses(
     """Responses (f, o) at any omega, as the extended model has them in this run's noise."""
     motion = None
     if residual_model.local.act_in_noise:
-        motion = residual_model.noise_motion(*residual_model.broadband_receptance(data, baseline, data.omega), data)
+        motion = noise_motion(residual_model, *residual_model.broadband_receptance(data, baseline, data.omega), data)
     parts = []
     for some in np.array_split(omega, max(1, len(omega) // LIMITS.lines_at_once)):
         R, clocked = residual_model.broadband_receptance(data, baseline, some)
         if motion is not None:
-            R = residual_model.in_noise(R, clocked, motion)
+            R = in_noise(residual_model, R, clocked, motion)
         parts.append(residual_model.responses(R, clocked))
     return np.concatenate(parts)

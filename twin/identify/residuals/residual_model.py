@@ -12,6 +12,7 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.forward.broadband_response import felt_receptance, log_response_by_shown
 from twin.identify.forward.forward_model import AtHarmonic, ForwardModel
 from twin.identify.frequency_shifts import SHIFT, own_shifts, shifted_sweeps, swept_modes
 from twin.identify.limits import LIMITS
@@ -135,11 +136,11 @@ class ResidualModel(ForwardModel):
     ) -> tuple[Array, Array]:
         data = self.evidence.broadband[index]
         shows = len(baseline.shown) > 0
-        R, omega = self.felt_receptance(data, baseline, inner=sensitivities or shows)
+        R, omega = felt_receptance(self, data, baseline, inner=sensitivities or shows)
         # log of the ratio: the paper's dB residual and the phase at once, and no false minima of hidden resonances.
         log_ratio = np.log(data.H / self.responses(R, omega))
         if shows:
-            by_shown = self.by_shown(R, omega)
+            by_shown = log_response_by_shown(self, R, omega)
             log_ratio = log_ratio - by_shown @ baseline.shown
         residual = real_ones(whitening(log_ratio))
         jacobian = np.zeros((len(residual), len(baseline.vector)))
@@ -191,7 +192,7 @@ class ResidualModel(ForwardModel):
 
         runs = []
         for data in self.evidence.broadband:
-            R, omega = self.felt_receptance(data, baseline, inner=True)
+            R, omega = felt_receptance(self, data, baseline, inner=True)
             runs.append(by_stiffness(self._broadband_change(data, baseline, R, omega)))
         steps = self.evidence.steps
         outputs = steps.response.shape[1]

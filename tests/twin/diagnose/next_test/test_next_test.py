@@ -21,6 +21,7 @@ from twin.diagnose.next_test.proposal import propose
 from twin.diagnose.next_test.sensor_place import best_sensor_place
 from twin.diagnose.next_test.separation import enough, least_promise, separation
 from twin.identify.base_fit import fit_base
+from twin.identify.forward.broadband_response import broadband_response
 from twin.identify.measured_data import gather_data
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.procedures import Random, SteppedSine, load_procedure
@@ -312,7 +313,7 @@ def predict_noise_again(evidence, truth):
     """The same run with the sensors that were there."""
     data = evidence.broadband[-1]
     there = replace(evidence.without_steps(), broadband=(data,))
-    predicted = ResidualModel(there, modification_of(there, truth.hypotheses)).broadband_response(data, truth.baseline)
+    predicted = broadband_response(ResidualModel(there, modification_of(there, truth.hypotheses)), data, truth.baseline)
     there = replace(there, broadband=(replace(data, H=predicted),))
     own = FitProblem(there, None, truth.baseline, truth.hypotheses)
     return PredictedData(there, None, own.predict(own.x0).residual)

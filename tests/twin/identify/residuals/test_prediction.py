@@ -8,6 +8,7 @@ from beam_rows import deflection
 
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward import forward_model
+from twin.identify.forward.broadband_response import broadband_response
 from twin.identify.frequency_shifts import SHIFT
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.model_modification import Attachment, ModelModification, NonlinearForce
@@ -197,7 +198,7 @@ def explained(evidence, baseline, modification):
     response, force = steps.response.copy(), steps.force.copy()
     force[:, 0] = response[:, 1, 0] / H[:, 1]
     response[:, 0, 0] = H[:, 0] * force[:, 0]
-    at_rest = residual_model.broadband_response(data, baseline)
+    at_rest = broadband_response(residual_model, data, baseline)
     return replace(
         evidence, steps=replace(steps, response=response, force=force), broadband=(replace(data, H=at_rest),)
     )
