@@ -1,7 +1,10 @@
 """A model on trial: the base family with causes at given values, fitted together, and how probable the data make it."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import ndtr
@@ -120,8 +123,6 @@ class FitProblem:
         The vector at the start.
     mean, precision : ndarray, (n,) and (n, n)
         Of the prior.
-    blocks : tuple of (name, slice)
-        Parts of the residual that was evaluated last.
     """
 
     def __init__(
@@ -152,9 +153,6 @@ class FitProblem:
             for k, (i, p) in enumerate(self.slots, self.count)
             if i in located and not p.is_location
         ]
-        self.blocks: tuple[tuple[str, slice], ...] = ()
-        self._held: Linearisation | None = None
-        self._weighed_at = self.x0
         self._base = residual_model(evidence, errors=self.errors)
         self._remakes = [solves_modes(evidence, hypothesis.modification(evidence)) for hypothesis in hypotheses]
         base_mean, base_precision = self._base.prior(start)
@@ -225,35 +223,24 @@ class FitProblem:
             for hypothesis, table, error in zip(self._hypotheses, tables, errors, strict=True)
         )
 
-    def residual_model(self, x: Array) -> ResidualModel | FrequencyModel:
-        """The model with its causes at their values, and with what is held."""
-        held = self._held and self._held.moved(x[self.count :] - self._weighed_at[self.count :])
+    def residual_model(self, x: Array, held: Linearisation | None = None) -> ResidualModel | FrequencyModel:
+        """The model with its causes at their values, and with what is held of it elsewhere."""
         modification = modification_of(self.evidence, self.hypotheses(x))
         return residual_model(self.evidence, modification, self.harmonics, errors=self.errors, held=held)
 
-    def weigh(self, x: Array) -> None:
-        """From now on hold what a fit holds that begins here."""
-        self._held, self._weighed_at = None, x
-        self._held = self.residual_model(x).linearisation(self.baseline(x))
-        if self.slots and self._held.balance is not None:
-            self._held = replace(self._held, by_causes=self._added_by_causes(x))
+    def predict(self, x: Array) -> Prediction:
+        """The whitened residual."""
+        return self.residual_model(x).evaluate(self.baseline(x), sensitivities=False)
 
-    def _added_by_causes(self, x: Array) -> Array:
-        """Derivatives (s, 2 p, k) by the causes' parameters of what harmonics add beside what a residual has anyway.
+    def weighed(self, x: Array | None = None) -> WeighedProblem:
+        """With what a fit holds that begins at a vector, the start if not given."""
+        at = self.x0 if x is None else x
+        begun = WeighedProblem(self, self.residual_model(at).linearisation(self.baseline(at)), at)
+        if not self.slots or begun.held.balance is None:
+            return begun
+        return replace(begun, held=replace(begun.held, by_causes=begun.added_by_causes()))
 
-        Motion at the place of a cause's force goes with that place, and the force's harmonics move the joints.
-        """
-
-        def beyond(x: Array, start: Array | None = None) -> tuple[Array, Array]:
-            model = self.residual_model(x)
-            assert isinstance(model, ResidualModel)
-            return model.added_beyond(self.held, self.baseline(x), start=start)
-
-        here, start = beyond(x)
-        columns = [(beyond(moved, start)[0] - here) / step for moved, step in self._beside(x, LIMITS.harmonics_step)]
-        return np.stack(columns, axis=2)
-
-    def _beside(self, x: Array, coarse: float = 0.0) -> Iterator[tuple[Array, float]]:
+    def beside(self, x: Array, coarse: float = 0.0) -> Iterator[tuple[Array, float]]:
         """For each of the causes' parameters the vector with it moved, inside its limits, and by how much."""
         for number, (i, p) in enumerate(self.slots, self.count):
             value = x[number] * p.scale
@@ -263,22 +250,49 @@ class FitProblem:
             moved[number] += step
             yield moved, step
 
-    @property
-    def held(self) -> Linearisation:
-        """What is held since :meth:`weigh`."""
-        assert self._held is not None
-        return self._held
+
+@dataclass(frozen=True, eq=False)
+class WeighedProblem:
+    """A problem with what a fit holds from its beginning on: weights, and what harmonics add."""
+
+    problem: FitProblem
+    held: Linearisation
+    at: Array
+    """The vector where it was found."""
+
+    @cached_property
+    def here(self) -> Prediction:
+        """The whitened residual there, with its sensitivities to all parameters."""
+        return self.evaluate(self.at)
 
     def predict(self, x: Array, *, sensitivities: bool = False) -> Prediction:
         """The whitened residual, with its sensitivities to the base family if they are wanted."""
-        return self.residual_model(x).evaluate(self.baseline(x), sensitivities=sensitivities)
+        return self._residual_model(x).evaluate(self.problem.baseline(x), sensitivities=sensitivities)
 
-    def evaluate(self, x: Array) -> tuple[Array, Array]:
+    def evaluate(self, x: Array) -> Prediction:
         """The whitened residual and its sensitivities to all parameters."""
-        here = self.predict(x, sensitivities=True)
-        r, self.blocks = here.residual, here.blocks
-        columns = [(r - self.predict(moved).residual) / step for moved, step in self._beside(x)]
-        return r, np.column_stack([here.jacobian, *columns])
+        found = self.predict(x, sensitivities=True)
+        columns = [(found.residual - self.predict(moved).residual) / step for moved, step in self.problem.beside(x)]
+        return replace(found, jacobian=np.column_stack([found.jacobian, *columns]))
+
+    def added_by_causes(self) -> Array:
+        """Derivatives (s, 2 p, k) by the causes' parameters of what harmonics add beside what a residual has anyway.
+
+        Motion at the place of a cause's force goes with that place, and the force's harmonics move the joints.
+        """
+
+        def beyond(x: Array, start: Array | None = None) -> tuple[Array, Array]:
+            model = self._residual_model(x)
+            assert isinstance(model, ResidualModel)
+            return model.added_beyond(self.held, self.problem.baseline(x), start=start)
+
+        there, start = beyond(self.at)
+        beside = self.problem.beside(self.at, LIMITS.harmonics_step)
+        return np.stack([(beyond(moved, start)[0] - there) / step for moved, step in beside], axis=2)
+
+    def _residual_model(self, x: Array) -> ResidualModel | FrequencyModel:
+        own = slice(self.problem.count, None)
+        return self.problem.residual_model(x, self.held.moved(x[own] - self.at[own]))
 
 
 def fit_model(
@@ -311,18 +325,18 @@ def fit_model(
     )
 
     def solve(x: Array, *, iterations: int) -> Solution:
-        problem.weigh(x)
-        white = LowRankWhitening.of(tolerances.whitened(problem.held)) if tolerances else np.asarray
+        weighed = problem.weighed(x)
+        white = LowRankWhitening.of(tolerances.whitened(weighed.held)) if tolerances else np.asarray
 
         def evaluate(x: Array) -> tuple[Array, Array]:
-            r, J = problem.evaluate(x)
-            return white(r), white(J)
+            found = weighed.evaluate(x)
+            return white(found.residual), white(found.jacobian)
 
         return minimise(
             evaluate, x, mean=problem.mean, precision=problem.precision, iterations=iterations,
             tolerance=options.tolerance, steps=StepRule(
                 bounds=problem.bounds, largest=problem.largest_step, moved=problem.moved,
-                residual_alone=lambda x: white(problem.predict(x).residual),
+                residual_alone=lambda x: white(weighed.predict(x).residual),
             ),
         )  # fmt: skip
 
@@ -333,7 +347,7 @@ def fit_model(
 
 
 def fitted(problem: FitProblem, solution: Solution) -> FittedModel:
-    """The model of a problem that was solved with what the problem holds."""
+    """The model of a problem that was solved."""
     return FittedModel(
         hypotheses=problem.hypotheses(solution.x, np.sqrt(np.diag(solution.covariance))),
         baseline=problem.baseline(solution.x),

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from twin.arrays import Array
-from twin.diagnose.fitted_model import FitProblem
+from twin.diagnose.fitted_model import WeighedProblem
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.residual_columns import KINDS, ResidualColumns, tolerances_of
 from twin.identify.cholesky import Cholesky
@@ -57,12 +57,10 @@ class MarginalLikelihood:
 
     Parameters
     ----------
-    problem
-        At a fit, see :attr:`FitProblem.x0`.
+    weighed
+        At a fit.
     tolerances
         See :func:`tolerances_of`; with None the shifts alone, where these are no unknowns.
-    evaluated
-        Residual and sensitivities there, where the problem was weighed and evaluated for them before.
 
     Attributes
     ----------
@@ -70,24 +68,14 @@ class MarginalLikelihood:
         The residual, the sensitivities to n unknowns, and the k directions of the tolerances.
     """
 
-    def __init__(
-        self,
-        problem: FitProblem,
-        tolerances: ResidualColumns | None,
-        *,
-        evaluated: tuple[Array, Array] | None = None,
-    ) -> None:
-        x = problem.x0
-        if evaluated is None:
-            problem.weigh(x)
-            evaluated = problem.evaluate(x)
-        residual, jacobian = evaluated
-        assert problem.held.made_of is not None
-        self._made_of: ErrorSources = problem.held.made_of
+    def __init__(self, weighed: WeighedProblem, tolerances: ResidualColumns | None) -> None:
+        problem, held, x, here = weighed.problem, weighed.held, weighed.at, weighed.here
+        assert held.made_of is not None
+        self._made_of: ErrorSources = held.made_of
         if tolerances is None:
-            tolerances = tolerances_of(np.zeros((len(residual), 0)), problem.blocks, problem.held)
-        rows = np.column_stack([residual, jacobian])
-        self.columns = ResidualColumns.of(rows, problem.blocks, problem.held).beside(tolerances)
+            tolerances = tolerances_of(np.zeros((len(here.residual), 0)), here.blocks, held)
+        rows = np.column_stack([here.residual, here.jacobian])
+        self.columns = ResidualColumns.of(rows, here.blocks, held).beside(tolerances)
         count = tolerances.count
         # The law is in no broadband run, and the unknowns in no harmonics: their products are nothing.
         self._felt = {kind: self.columns.felt(kind) for kind in KINDS}

@@ -55,7 +55,7 @@ class _Expansion:
     @classmethod
     def about(cls, problem: FitProblem, tolerances: ResidualColumns | None) -> _Expansion:
         """About where a problem begins, with the errors that it has."""
-        found = MarginalLikelihood(problem, tolerances).at(problem.errors)
+        found = MarginalLikelihood(problem.weighed(), tolerances).at(problem.errors)
         count, counted = len(problem.x0), temperature(problem.evidence)
         covariance, tempered = (found.covariance(each)[:count, :count] for each in (1.0, counted))
         return cls(problem, found.step[:count], covariance, tempered, found.log_likelihood)

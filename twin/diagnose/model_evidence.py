@@ -50,10 +50,10 @@ def unexplained(
 
     To first order: the amounts are those that are most probable, and the unknowns follow them.
     """
-    problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses)
-    marginal = MarginalLikelihood(problem, tolerances)
-    columns, step = marginal.columns.whitened(problem.held), marginal.at(problem.errors).step
-    return problem.blocks, columns[:, 0] - columns[:, 1:] @ step
+    weighed = FitProblem(evidence, harmonics, model.baseline, model.hypotheses).weighed()
+    marginal = MarginalLikelihood(weighed, tolerances)
+    columns, step = marginal.columns.whitened(weighed.held), marginal.at(weighed.problem.errors).step
+    return weighed.here.blocks, columns[:, 0] - columns[:, 1:] @ step
 
 
 def with_spread(
@@ -79,7 +79,7 @@ def infer_errors(
     free
         Whether the errors of stiffness may have any size: what a model deserves that lacks something.
     """
-    marginal = MarginalLikelihood(problem, tolerances)
+    marginal = MarginalLikelihood(problem.weighed(), tolerances)
     errors, usual = problem.errors, sound_errors(problem.evidence)
     here, middle = errors.log_sizes, usual.log_sizes
 

@@ -50,12 +50,12 @@ def test_sensitivities_to_a_cause_are_those_of_central_differences(fitted_record
         for p in cause.parameters(evidence, label)
     }
     trial = FitProblem(evidence, harmonics, baseline, (CauseHypothesis(cause, label, values, {}),))
-    trial.weigh(trial.x0)
-    columns = trial.evaluate(trial.x0)[1][:, trial.count :]
+    weighed = trial.weighed()
+    columns = weighed.here.jacobian[:, trial.count :]
     for k, (_, parameter) in enumerate(trial.slots):
         step = np.zeros(len(trial.x0))
         step[trial.count + k] = 3e-4
-        there, back = (trial.predict(trial.x0 + side * step).residual for side in (1, -1))
+        there, back = (weighed.predict(trial.x0 + side * step).residual for side in (1, -1))
         expected = (back - there) / (2 * 3e-4)
         assert np.linalg.norm(columns[:, k] - expected) <= 0.05 * np.linalg.norm(expected), parameter.name
 
@@ -75,18 +75,18 @@ def test_sensitivities_contain_what_harmonics_do_to_the_joint(fitted_recordings,
     evidence, harmonics, baseline = fitted_recordings
     label = next(iter(CAUSES[name].labels(evidence)))
     trial = FitProblem(evidence, harmonics, baseline, (CauseHypothesis(CAUSES[name], label, values, {}),))
-    trial.weigh(trial.x0)
-    weights = {kind: getattr(trial.held, kind) for kind in ("broadband", "steps")}
+    weighed = trial.weighed()
+    weights = {kind: getattr(weighed.held, kind) for kind in ("broadband", "steps")}
     numbers = {p.name: trial.count + k for k, (_, p) in enumerate(trial.slots)}
     number = numbers.get(parameter, trial.start.blocks["log_E"].start)
-    column, step, balanced = trial.evaluate(trial.x0)[1][:, number], 3e-4 * np.eye(len(trial.x0))[number], []
+    column, step, balanced = weighed.here.jacobian[:, number], 3e-4 * np.eye(len(trial.x0))[number], []
     for side in (1, -1):
         there = trial.x0 + side * step
-        trial.weigh(there)  # fundamentals and harmonics in balance there
+        held = trial.weighed(there).held  # fundamentals and harmonics in balance there
         modification = modification_of(evidence, trial.hypotheses(there))
-        model = ResidualModel(evidence, modification, harmonics, held=replace(trial.held, **weights))
+        model = ResidualModel(evidence, modification, harmonics, held=replace(held, **weights))
         balanced.append(model.evaluate(trial.baseline(there), sensitivities=False).residual)
-    expected, steps = (balanced[1] - balanced[0]) / (2 * 3e-4), dict(trial.blocks)["steps"]
+    expected, steps = (balanced[1] - balanced[0]) / (2 * 3e-4), dict(weighed.here.blocks)["steps"]
     assert np.linalg.norm((column - expected)[steps]) < limit * np.linalg.norm(expected[steps])
 
 

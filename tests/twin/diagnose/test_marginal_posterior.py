@@ -62,7 +62,7 @@ def test_a_place_hardly_told_is_as_uncertain_as_all_places_together_leave_it(evi
     log_density = []
     for position_m in grid:
         problem = found_in(evidence, 5e-5, position_m, held=(0, "position_m"))
-        log_density.append(MarginalLikelihood(problem, None).at(problem.errors).log_likelihood)
+        log_density.append(MarginalLikelihood(problem.weighed(), None).at(problem.errors).log_likelihood)
     weights = np.exp((np.array(log_density) - max(log_density)) / temperature(evidence))
     expected = np.sqrt(weights @ (grid - place) ** 2 / weights.sum())
     assert expected > 0.02
@@ -74,7 +74,7 @@ def test_a_place_told_well_is_as_uncertain_as_its_own_neighbourhood_leaves_it(ev
     evidence = evidence_of(0.02)
     problem = found_in(evidence, 0.02)
     place, std = told(*marginal_over_places(problem, None))
-    step = MarginalLikelihood(problem, None).at(problem.errors)
+    step = MarginalLikelihood(problem.weighed(), None).at(problem.errors)
     number = [p.name for _, p in problem.slots].index("position_m")
     x = problem.count + number
     data = (step.information - step.precision) / temperature(evidence)

@@ -89,14 +89,25 @@ def with_gain(baseline, evidence):
     return lambda errors: FitProblem(evidence, None, baseline, (hypothesis,), errors=errors)
 
 
+def solved_at_the_start(weighed):
+    """A search that goes nowhere."""
+
+    def evaluate(x):
+        found = weighed.evaluate(x)
+        return found.residual, found.jacobian
+
+    problem = weighed.problem
+    return minimise(evaluate, problem.x0, mean=problem.mean, precision=problem.precision, iterations=0)
+
+
 def oracle(problem):
     """Log density of all data, every parameter and shift integrated out, but for the constant of so many numbers."""
-    problem.weigh(problem.x0)
-    r, J = problem.evaluate(problem.x0)
+    weighed = problem.weighed()
+    r, J = weighed.here.residual, weighed.here.jacobian
     data = r + J @ (problem.x0 - problem.mean)
-    made_of = problem.residual_model(problem.x0).covariances(problem.baseline(problem.x0))
-    shifts = tolerances_of(np.zeros((len(r), 0)), problem.blocks, problem.held)
-    shifts = shifts.whitened(problem.held)
+    made_of = problem.residual_model(problem.x0, weighed.held).covariances(problem.baseline(problem.x0))
+    shifts = tolerances_of(np.zeros((len(r), 0)), weighed.here.blocks, weighed.held)
+    shifts = shifts.whitened(weighed.held)
     covariance = np.eye(len(r)) + J @ np.linalg.solve(problem.precision, J.T) + shifts @ shifts.T
     # A complex number of a broadband run is two real ones.
     noise = 2 * sum(white.log_determinant() for white in made_of.of_broadband(problem.errors.broadband))
@@ -114,11 +125,10 @@ def test_log_evidence_is_the_marginal_likelihood_with_the_inferred_errors(drawn,
 
 def test_what_sound_rigs_have_of_a_cause_is_integrated_over_as_a_cause_is(drawn, baseline):
     evidence = drawn(errors_of(1.0), seed=2)
-    with_it = with_gain(baseline, evidence)(SOUND)
-    with_it.weigh(with_it.x0)
-    column = with_it.evaluate(with_it.x0)[1][:, with_it.count :]
-    tolerances = tolerances_of(column, with_it.blocks, with_it.held)
-    without = FitProblem(evidence, None, baseline, ())
+    with_it = with_gain(baseline, evidence)(SOUND).weighed()
+    column = with_it.here.jacobian[:, with_it.problem.count :]
+    tolerances = tolerances_of(column, with_it.here.blocks, with_it.held)
+    without = FitProblem(evidence, None, baseline, ()).weighed()
     named, tolerated = MarginalLikelihood(with_it, None), MarginalLikelihood(without, tolerances)
     for errors in (SOUND, errors_of(3.0)):
         alike = named.at(errors).log_likelihood
@@ -127,7 +137,7 @@ def test_what_sound_rigs_have_of_a_cause_is_integrated_over_as_a_cause_is(drawn,
 
 def test_slopes_of_the_evidence_are_its_differences(drawn, baseline):
     """By the logarithm of each error: fourth-order differences of the likelihood itself."""
-    marginal = MarginalLikelihood(with_gain(baseline, drawn(errors_of(2.0), seed=6))(SOUND), None)
+    marginal = MarginalLikelihood(with_gain(baseline, drawn(errors_of(2.0), seed=6))(SOUND).weighed(), None)
     sizes, step = SOUND.log_sizes, 1e-2
 
     def at(away):
@@ -144,11 +154,11 @@ def test_noise_alone_leaves_what_its_unknowns_do_not_explain(measured, baseline)
     """One run has no shift among the unknowns: it is a tolerance, of data that are there and of those that are not."""
     noise = measured.without_steps()
     problem = FitProblem(noise, None, starting_baseline(noise), ())
-    problem.weigh(problem.x0)
-    r, _ = problem.evaluate(problem.x0)
-    tolerances = tolerances_of(np.zeros((len(r), 0)), problem.blocks, problem.held)
-    assert tolerances.whitened(problem.held).shape == (len(r), 1)
-    solution = minimise(problem.evaluate, problem.x0, mean=problem.mean, precision=problem.precision, iterations=0)
+    weighed = problem.weighed()
+    r = weighed.here.residual
+    tolerances = tolerances_of(np.zeros((len(r), 0)), weighed.here.blocks, weighed.held)
+    assert tolerances.whitened(weighed.held).shape == (len(r), 1)
+    solution = solved_at_the_start(weighed)
     _, left = unexplained(noise, None, fitted(problem, solution), tolerances)
     assert left.shape == r.shape
     assert np.sum(left**2) < np.sum(r**2)
@@ -157,15 +167,15 @@ def test_noise_alone_leaves_what_its_unknowns_do_not_explain(measured, baseline)
 def test_a_cause_is_as_uncertain_as_all_that_a_sound_rig_may_have_leaves_it(drawn, baseline):
     """Conditioned on the data's joint density with the tolerances, for a gain whose fit never saw them."""
     problem = with_gain(baseline, drawn(errors_of(1.0), seed=3))(SOUND)
-    problem.weigh(problem.x0)
-    r, J = problem.evaluate(problem.x0)
+    weighed = problem.weighed()
+    r, J = weighed.here.residual, weighed.here.jacobian
     rng = np.random.default_rng(4)
     directions = 30.0 * J[:, problem.count :] + rng.standard_normal((len(r), 3))
-    tolerances = tolerances_of(directions, problem.blocks, problem.held)
-    solution = minimise(problem.evaluate, problem.x0, mean=problem.mean, precision=problem.precision, iterations=0)
+    tolerances = tolerances_of(directions, weighed.here.blocks, weighed.held)
+    solution = solved_at_the_start(weighed)
     found = with_spread(problem.evidence, None, fitted(problem, solution), tolerances)
 
-    white = tolerances.whitened(problem.held)
+    white = tolerances.whitened(weighed.held)
     prior = np.linalg.inv(problem.precision)
     of_data = J @ prior @ J.T + white @ white.T
 

@@ -64,9 +64,8 @@ def separation(predicted_data: PredictedData, rival: FittedModel) -> float:
     trial = FitProblem(
         predicted_data.evidence, predicted_data.harmonics, rival.baseline, rival.hypotheses, errors=rival.errors
     )
-    trial.weigh(trial.x0)
-    r, J = trial.evaluate(trial.x0)
-    r = r - predicted_data.left
+    here = trial.weighed().here
+    r, J = here.residual - predicted_data.left, here.jacobian
     if not (np.isfinite(r).all() and np.isfinite(J).all()):
         return 0.0
     follows = J.T @ r

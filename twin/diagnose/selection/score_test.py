@@ -19,7 +19,14 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.diagnose.cause import Cause, Parameter, strengths_of
-from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, difference_step, modification_of
+from twin.diagnose.fitted_model import (
+    CauseHypothesis,
+    FitProblem,
+    FittedModel,
+    WeighedProblem,
+    difference_step,
+    modification_of,
+)
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.marginal_likelihood import AboutFit, MarginalLikelihood
 from twin.diagnose.model_evidence import fit_with_errors
@@ -90,8 +97,7 @@ class _Signatures:
     A cause gains by explaining what a loose fit put down to natural frequencies.
     """
 
-    problem: FitProblem
-    prediction: Prediction
+    weighed: WeighedProblem
     each: list[_Signature]
     model: FittedModel
 
@@ -103,26 +109,24 @@ class _Signatures:
         model: FittedModel,
         causes: Mapping[str, Cause],
     ) -> _Signatures:
-        problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, frozen=True)
-        problem.weigh(problem.x0)
-        prediction = Prediction(*problem.evaluate(problem.x0), problem.blocks)
-        common = (evidence, harmonics, model, problem.held, prediction)
+        weighed = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, frozen=True).weighed()
+        common = (evidence, harmonics, model, weighed.held, weighed.here)
         found = parallel_map(_signatures_of, common, [(cause,) for cause in causes.values()])
-        return cls(problem, prediction, [signature for each in found for signature in each], model)
+        return cls(weighed, [signature for each in found for signature in each], model)
 
     def tolerances(self) -> ResidualColumns:
         """What a sound rig may have of every cause, and of what a joint's law leaves out."""
-        problem, held, residual = self.problem, self.problem.held, self.prediction.residual
+        problem, held, here = self.weighed.problem, self.weighed.held, self.weighed.here
         evidence, harmonics = problem.evidence, problem.harmonics
         tolerated = [signature.tolerated for signature in self.each if signature.strengths]
         plain = residual_model(evidence, modification_of(evidence, self.model.hypotheses), harmonics, held=held)
         if isinstance(plain, ResidualModel):
             left_by = _left_by(evidence, harmonics, self.model, held)
-            white, of_laws = law_tolerances(plain, self.model.baseline, residual, left_by)
+            white, of_laws = law_tolerances(plain, self.model.baseline, here.residual, left_by)
             tolerated += [*white, *(columns.whitened(held) for columns in of_laws)]
-        columns = np.column_stack([np.zeros((len(residual), 0)), *tolerated])
-        columns = _principal(_beside_unknowns(columns, self.prediction.jacobian, problem))
-        return tolerances_of(columns, self.prediction.blocks, held)
+        columns = np.column_stack([np.zeros((len(here.residual), 0)), *tolerated])
+        columns = _principal(_beside_unknowns(columns, here.jacobian, problem))
+        return tolerances_of(columns, here.blocks, held)
 
 
 def score_causes(
@@ -159,12 +163,11 @@ def score_causes(
         )
         # Anew: a sensitivity of a hundred thousand deviations changes by many where moduli move by a thousandth.
         found, errors = _Signatures.at(evidence, harmonics, model, causes), model.errors
-    problem, prediction, signatures = found.problem, found.prediction, found.each
+    weighed, signatures = found.weighed, found.each
     if not signatures:
         return [], tolerances, model
-    first_orders = _FirstOrders.of(signatures, prediction.blocks, problem.held)
-    evaluated = prediction.residual, prediction.jacobian
-    marginal, sizes = MarginalLikelihood(problem, tolerances, evaluated=evaluated), _between(errors, sound)
+    first_orders = _FirstOrders.of(signatures, weighed.here.blocks, weighed.held)
+    marginal, sizes = MarginalLikelihood(weighed, tolerances), _between(errors, sound)
     alone, gains = np.full(len(sizes) ** 2, -np.inf), []
     for number, (own, runs) in enumerate(product(sizes, sizes)):
         trial = replace(own, broadband=runs.broadband)

@@ -251,8 +251,8 @@ def whole(evidence, baseline, name, label):
     cause = CAUSES[name]
     nothing = {p.name: p.null for p in cause.parameters(evidence, label)}
     problem = FitProblem(evidence, None, baseline, (CauseHypothesis(cause, label, nothing, {}),))
-    problem.weigh(problem.x0)
-    r, J = problem.evaluate(problem.x0)
+    weighed = problem.weighed()
+    r, J = weighed.here.residual, weighed.here.jacobian
     own, column = J[:, : problem.count], J[:, problem.count]
     away = (problem.x0 - problem.mean)[: problem.count]
     spread = np.linalg.inv(problem.precision[: problem.count, : problem.count])
@@ -282,16 +282,16 @@ def test_the_expected_gain_is_the_bayes_factor_and_the_size_that_of_least_square
 def density(evidence, baseline, errors, column):
     """Log density of the data, all unknowns integrated out, with the prior of these errors."""
     problem = FitProblem(evidence, None, baseline, (), errors=errors)
-    problem.weigh(problem.x0)
-    r, J = problem.evaluate(problem.x0)
-    made_of = problem.residual_model(problem.x0).covariances(baseline)
+    weighed = problem.weighed()
+    r, J = weighed.here.residual, weighed.here.jacobian
+    made_of = problem.residual_model(problem.x0, weighed.held).covariances(baseline)
     volume = 2 * sum(white.log_determinant() for white in made_of.of_broadband(errors.broadband))
     volume += made_of.of_steps(errors.steps).log_determinant()
     C = np.eye(len(r)) + J @ np.linalg.solve(problem.precision, J.T)
     data = r + J @ (problem.x0 - problem.mean)
     with_it, without = (
         -0.5 * (data @ np.linalg.solve(C + more, data) + np.linalg.slogdet(C + more)[1] + volume)
-        for more in (np.outer(column(problem), column(problem)), 0.0)
+        for more in (np.outer(column(weighed), column(weighed)), 0.0)
     )
     return with_it + log_prior(errors), without + log_prior(errors)
 
@@ -306,11 +306,11 @@ def test_a_large_effect_is_scored_with_the_errors_that_are_left_with_it(having, 
     tolerant = {"drive-mass": Tolerated(CAUSES["drive-mass"], 0.0)}
     (score,) = score_causes(evidence, None, model_at(baseline), tolerant, errors=needed)[0]
 
-    def column(problem):
+    def column(weighed):
         (main,) = CAUSES["drive-mass"].parameters(evidence, label)
         little = modification_of(evidence, (CauseHypothesis(CAUSES["drive-mass"], label, {"mass_kg": -1e-6}, {}),))
-        left = residual_model(evidence, little, held=problem.held).evaluate(baseline, sensitivities=False).residual
-        return (problem.evaluate(problem.x0)[0] - left) * main.scale / -1e-6
+        left = residual_model(evidence, little, held=weighed.held).evaluate(baseline, sensitivities=False).residual
+        return (weighed.here.residual - left) * main.scale / -1e-6
 
     path = [SOUND.log_sizes + share * (needed.log_sizes - SOUND.log_sizes) for share in np.linspace(0, 1, 5)]
     sizes = [SOUND.with_log_sizes(log_sizes) for log_sizes in path]

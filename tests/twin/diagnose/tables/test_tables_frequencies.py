@@ -197,7 +197,7 @@ def test_sensitivities_are_those_of_differences(name):
     on_it = CauseHypothesis(mass, mass.labels(evidence)[0], {"mass_kg": 0.02, "position_m": 0.13}, {})
     problem = FitProblem(evidence, None, fit_base(evidence).baseline, (on_it,))
     x = problem.x0
-    _, J = problem.evaluate(x)
+    J = problem.weighed().evaluate(x).jacobian
     felt = [*evidence.where.values(), *range(problem.count, len(x))]
     for k in felt:
         step = np.zeros(len(x))
