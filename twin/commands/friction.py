@@ -93,4 +93,6 @@ def _tell(found: FrictionIdentification, result: dict[str, Any]) -> None:
 
 
 def _shared(fit: FrictionFit) -> str:
-    return ", ".join(f"{name} {value:.4g} ± {fit.shared_std[name]:.2g}" for name, value in fit.shared.items())
+    from twin.identify.estimate import Estimate
+
+    return ", ".join(f"{name} {Estimate(value, fit.shared_std[name])}" for name, value in fit.shared.items())

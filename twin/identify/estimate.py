@@ -16,6 +16,10 @@ class Estimate:
         """In another unit."""
         return Estimate(factor * self.value, factor * self.std)
 
+    def __format__(self, spec: str) -> str:
+        """As :meth:`__str__`; ``+`` shows a positive value's sign, too."""
+        return ("+" if spec == "+" and self.value >= 0 else "") + str(self)
+
     def __str__(self) -> str:
         """The value to the digits that its deviation supports: one of that, or two where it begins with a 1."""
         if not np.isfinite(self.std) or self.std <= 0:

@@ -23,3 +23,9 @@ from twin.identify.estimate import Estimate
 )
 def test_values_have_the_digits_their_deviation_supports(value: float, std: float, text: str) -> None:
     assert str(Estimate(value, std)) == text
+
+
+def test_a_change_shows_its_sign():
+    assert [f"{Estimate(change, 0.02):+}" for change in (0.31, 0.0, -0.31)] == [
+        "+0.31 ± 0.02", "+0.00 ± 0.02", "-0.31 ± 0.02",
+    ]  # fmt: skip

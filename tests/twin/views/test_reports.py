@@ -195,7 +195,7 @@ def test_a_decay_is_told_with_its_parts_where_they_differ(rehearsal: dict[str, A
     }  # fmt: skip
     rehearsal_page({**rehearsal, "decays": [decay]}).write(tmp_path / "report.html")
     page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
-    assert {"0.276", "0.301 ± 0.0002", "0.252 ± 0.0002", "26.457"} <= set(page.texts["td"])
+    assert {"0.276", "0.3010 ± 0.0002", "0.2520 ± 0.0002", "26.457"} <= set(page.texts["td"])
     assert any("changes with the amplitude" in text for text in page.texts["p"])
 
 

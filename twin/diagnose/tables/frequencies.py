@@ -373,8 +373,8 @@ class _Frequencies:
             notes.append(
                 f"the agreement rests on the {1e3 * sensor.mass:.3g} g that the rig file states of {sensor.channel} at "
                 f"{position:g} m: with {1e3 * LIMITS.light_sensor_kg:g} g in its place the frequencies are missed by "
-                f"{100 * error:.2g} % rms, and ask for an added mass of {1e3 * mass.values['mass_kg']:.1f} ± "
-                f"{1e3 * mass.std['mass_kg']:.1f} g there"
+                f"{100 * error:.2g} % rms, and ask for an added mass of "
+                f"{Estimate(mass.values['mass_kg'], mass.std['mass_kg']).scaled(1e3)} g there"
             )
         return notes
 

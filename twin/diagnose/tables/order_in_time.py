@@ -9,6 +9,7 @@ from scipy.stats import spearmanr
 
 from twin.diagnose.tables.limits import LIMITS
 from twin.diagnose.tables.result import SweepRow
+from twin.identify.estimate import Estimate
 from twin.identify.rms import rms
 
 Array = NDArray[np.float64]
@@ -18,17 +19,14 @@ Array = NDArray[np.float64]
 class FrequencyDrift:
     """A resonance that moves from sweep to sweep beside the law: its rate, and errors of sweeps left out."""
 
-    rate_Hz: float
-    std_Hz: float
+    rate_Hz: Estimate
     without: Array
     left_out: Array
 
     @property
     def pays(self) -> bool:
         """Whether it is clear, and predicts sweeps that were left out at least twice as well."""
-        return abs(self.rate_Hz) > LIMITS.least_deviations * self.std_Hz and rms(self.left_out) < 0.5 * rms(
-            self.without
-        )
+        return _is_clear(self.rate_Hz) and rms(self.left_out) < 0.5 * rms(self.without)
 
 
 @dataclass(frozen=True)
@@ -37,14 +35,13 @@ class Jump:
 
     left_out: float
     before: str
-    size_Hz: float
-    std_Hz: float
+    size_Hz: Estimate
     without: float
 
     @property
     def clear(self) -> bool:
         """Whether it is large, and predicts sweeps that were left out at least twice as well."""
-        return abs(self.size_Hz) > LIMITS.least_deviations * self.std_Hz and self.left_out < 0.5 * self.without
+        return _is_clear(self.size_Hz) and self.left_out < 0.5 * self.without
 
 
 def find_jump(rows: Sequence[SweepRow], scale: float) -> Jump:
@@ -54,7 +51,7 @@ def find_jump(rows: Sequence[SweepRow], scale: float) -> Jump:
     tried = []
     for k in range(2, len(f) - 1):
         columns, errors = _smooth(amplitude, f, (np.arange(len(f)) >= k).astype(float))
-        tried.append(Jump(rms(errors), rows[k].sweep, *_last(columns, f, scale), without))
+        tried.append(Jump(rms(errors), rows[k].sweep, _last(columns, f, scale), without))
     return min(tried, key=lambda jump: jump.left_out)
 
 
@@ -66,7 +63,11 @@ def find_drift(rows: Sequence[SweepRow], scale: float) -> FrequencyDrift | None:
     f = np.array([row.frequency_Hz for row in rows])
     _, without = _smooth(amplitude, f)
     columns, left_out = _smooth(amplitude, f, order - order.mean())
-    return FrequencyDrift(*_last(columns, f, scale), without, left_out)
+    return FrequencyDrift(_last(columns, f, scale), without, left_out)
+
+
+def _is_clear(size: Estimate) -> bool:
+    return abs(size.value) > LIMITS.least_deviations * size.std
 
 
 def _smooth(amplitude: Array, f: Array, *beside: Array) -> tuple[Array, Array]:
@@ -80,12 +81,12 @@ def _smooth(amplitude: Array, f: Array, *beside: Array) -> tuple[Array, Array]:
     return tried[best], errors[best]
 
 
-def _last(columns: Array, f: Array, scale: float) -> tuple[float, float]:
-    """The last column's coefficient and its standard deviation."""
+def _last(columns: Array, f: Array, scale: float) -> Estimate:
+    """The last column's coefficient."""
     coefficients = np.linalg.lstsq(columns, f, rcond=None)[0]
     spread = np.sum((f - columns @ coefficients) ** 2) / max(len(f) - columns.shape[1], 1)
     covariance = np.linalg.pinv(columns.T @ columns) * max(float(spread), scale**2)
-    return float(coefficients[-1]), float(np.sqrt(covariance[-1, -1]))
+    return Estimate(float(coefficients[-1]), float(np.sqrt(covariance[-1, -1])))
 
 
 def _left_out(columns: Array, f: Array) -> Array:

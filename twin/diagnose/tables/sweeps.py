@@ -160,14 +160,14 @@ def _force_error(sweep: BackboneSweep, law: ModalLaw, frequency_Hz: float, dampi
 
 def _causes(drift: FrequencyDrift) -> tuple[NamedCause, ...]:
     """A drift's names: a loose bolt and a warming beam look alike in one mode; only the latter also goes up."""
-    names = ["preload-loss", "temperature-drift"] if drift.rate_Hz < 0 else ["temperature-drift"]
+    names = ["preload-loss", "temperature-drift"] if drift.rate_Hz.value < 0 else ["temperature-drift"]
     return tuple(
         NamedCause(
             cause=name,
             summary=CAUSES[name].summary,
             probability=0.99 / len(names),
             confused_with=tuple(other for other in names if other != name),
-            parameters={"shift_Hz_per_sweep": Estimate(drift.rate_Hz, drift.std_Hz)},
+            parameters={"shift_Hz_per_sweep": drift.rate_Hz},
             in_model=i == 0,
         )
         for i, name in enumerate(names)
@@ -186,13 +186,10 @@ def _answer(verdict: Verdict, inner: Sequence[SweepRow], causes: Sequence[NamedC
         rate = causes[0].parameters["shift_Hz_per_sweep"]
         assert isinstance(rate, Estimate)
         names = " or ".join(cause.cause for cause in causes)
-        return (
-            f"The resonance moves by {rate.value:+.3g} ± {rate.std:.1g} Hz from sweep to sweep beside the law: "
-            f"{names}; {figures}."
-        )
+        return f"The resonance moves by {rate:+} Hz from sweep to sweep beside the law: {names}; {figures}."
     if jump.clear:
         return (
-            f"The resonance jumps by {jump.size_Hz:+.3f} ± {jump.std_Hz:.1g} Hz before sweep {jump.before} and stays "
+            f"The resonance jumps by {jump.size_Hz:+} Hz before sweep {jump.before} and stays "
             f"there, which no listed cause does; {figures}."
         )
     shifted = [row for row in inner if row.shifted]
@@ -282,7 +279,7 @@ def _notes(
         )
     else:
         notes.append(
-            f"a drift of {drift.rate_Hz:+.3g} ± {drift.std_Hz:.1g} Hz per sweep beside the law takes left-out errors "
+            f"a drift of {drift.rate_Hz:+} Hz per sweep beside the law takes left-out errors "
             f"from {rms(drift.without):.3f} to {rms(drift.left_out):.3f} Hz rms"
         )
     return [note for note in notes if note]
@@ -315,5 +312,6 @@ def _jump_note(jump: Jump) -> str:
     errors = f"takes left-out errors from {jump.without:.3f} to {jump.left_out:.3f} Hz rms"
     if not jump.clear:
         return f"a single lasting jump does not explain it: the best, before sweep {jump.before}, {errors}"
-    size = f"{jump.size_Hz:+.3f} ± {jump.std_Hz:.1g} Hz"
-    return f"a lasting jump of {size} before sweep {jump.before} {errors}: the joint may have slipped there"
+    return (
+        f"a lasting jump of {jump.size_Hz:+} Hz before sweep {jump.before} {errors}: the joint may have slipped there"
+    )

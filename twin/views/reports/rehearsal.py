@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from twin.identify.estimate import Estimate
 from twin.views.page import LEFT_OUT, Page, Picture, Section, Table
 from twin.views.reports.rehearsal_figures import Rows, noise_figure, range_figure, responses_figures
 from twin.views.style import AFTER, BEFORE, CAUTION
@@ -160,7 +161,7 @@ def _decays(result: Mapping[str, Any]) -> Section | None:
         whole = ("whole", decay["amplitude"], decay["frequency_Hz"], f"{100 * decay['damping_ratio']:.4g}")
         parts = [
             (f"part {i}", part["amplitude"], part["frequency_Hz"],
-             f"{100 * part['damping_ratio']:.4g} ± {100 * part['damping_ratio_std']:.1g}")
+             str(Estimate(part["damping_ratio"], part["damping_ratio_std"]).scaled(100)))
             for i, part in enumerate(decay["parts"] if decay["depends"] else [], 1)
         ]  # fmt: skip
         rows += [
