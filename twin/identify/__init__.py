@@ -6,14 +6,3 @@ from twin.identify.measured_data import MeasuredData, gather_data
 from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.spectra.sine_fit import SteadyState, steady_states
-
-__all__ = [
-    "BaselineParameters",
-    "LayerLaw",
-    "MeasuredData",
-    "ResidualModel",
-    "SteadyState",
-    "fit_base",
-    "gather_data",
-    "steady_states",
-]
