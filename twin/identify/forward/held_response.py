@@ -81,7 +81,7 @@ class HeldRig:
         self, rig: ForwardModel, base: LinearParameters, laws: Sequence[LayerLaw], rest: Sequence[tuple[float, float]],
         output: int, frequency: Array, *, own_harmonics: bool,
     ) -> None:  # fmt: skip
-        self._rig, self._base, self._laws, self._rest, self._output = rig, base, laws, rest, output
+        self._rig, self._base, self.laws, self._rest, self._output = rig, base, laws, rest, output
         now, p = np.zeros(len(frequency)), len(rig.points)
         weights = rig.points.weights * np.ones((len(frequency), 1))
         weights[:, :p] *= rig.normal_left(now)[:, rig.points.joint]
@@ -111,9 +111,9 @@ class HeldRig:
         zeta[mode] *= 1 + LIMITS.held_response_difference
         base = replace(self._base, zeta=zeta)
         other = HeldRig(
-            self._rig, base, self._laws, self._rest, self._output, self._frequency, own_harmonics=False
+            self._rig, base, self.laws, self._rest, self._output, self._frequency, own_harmonics=False
         )  # fmt: skip
-        _, response, _ = other._surroundings(rows, np.ones(len(rows))).reading(states.stiffness)
+        _, response, _ = other.surroundings(rows, np.ones(len(rows))).reading(states.stiffness)
         return np.asarray(np.log(response / states.response) / LIMITS.held_response_difference)
 
     def at_ends_of_law(self) -> tuple[Array, Array, Array]:
@@ -122,15 +122,15 @@ class HeldRig:
         The latter are zero where there is no law.
         """
         p = self.points
-        last = self._at_points([(law.softening[-1], law.loss[-1]) for law in self._laws])
+        last = self._at_points([(law.softening[-1], law.loss[-1]) for law in self.laws])
         stiffness = np.zeros_like(self._driven)
         stiffness[:, : 2 * p] = last * self.weights
         linear, most = self._reading, np.zeros(len(self._reading))
         everywhere = np.arange(len(self._reading))
-        _, at_last, _ = self._surroundings(everywhere, np.ones(len(everywhere))).reading(stiffness)
+        _, at_last, _ = self.surroundings(everywhere, np.ones(len(everywhere))).reading(stiffness)
         for k in (np.zeros_like(stiffness), stiffness):
-            motion = np.abs(self._surroundings(everywhere, np.ones(len(everywhere))).motion(k)[0])
-            for number, law in enumerate(self._laws):
+            motion = np.abs(self.surroundings(everywhere, np.ones(len(everywhere))).motion(k)[0])
+            for number, law in enumerate(self.laws):
                 own = np.flatnonzero(self._rig.points.joint == number)
                 if np.any(law.softening):
                     most = np.maximum(most, law.opening_knots[-1] / motion[:, own].max(axis=1))
@@ -146,70 +146,45 @@ class HeldRig:
         free = self._rig.receptance(natural, self._base, now, inner=False)
         return float(np.max(np.abs(self._rig.responses(free, natural)[:, self._output]), initial=0.0))
 
-    def continue_over(self, low: Array, high: Array) -> None:
-        """Find the motion at readings from `low` to `high` (f,), where :meth:`states` begin from.
+    def branch(self, low: Array, high: Array) -> HeldBranch:
+        """Find the motion at readings from `low` to `high` (f,).
 
         From the least amplitude upwards, each from the ones before, so that all are on one branch.
         """
         every = np.arange(len(low))
-        self._first = np.floor(np.log(low) / LIMITS.held_response_stride).astype(int)
-        count = int(np.max(np.ceil(np.log(high) / LIMITS.held_response_stride) - self._first)) + 3
+        first = np.floor(np.log(low) / LIMITS.held_response_stride).astype(int)
+        count = int(np.max(np.ceil(np.log(high) / LIMITS.held_response_stride) - first)) + 3
         shape = (count, *self._driven.shape)
-        self._more, self._log_motion = np.zeros(shape, complex), np.zeros(shape)
-        added, self._ripples = Added.nothing(shape, self.points), self._linear_ripples(count)
+        more, log_motion = np.zeros(shape, complex), np.zeros(shape)
+        added, ripples = Added.nothing(shape, self.points), self._linear_ripples(count)
         for turn in range(1 + HARMONIC_TURNS if self._own_harmonics else 1):
-            motion, stiffness = np.zeros_like(self._more), np.zeros_like(self._more)
+            motion, stiffness = np.zeros_like(more), np.zeros_like(more)
             for c in range(count):
-                around = self._surroundings(every, np.exp((self._first + c) * LIMITS.held_response_stride))
+                around = self.surroundings(every, np.exp((first + c) * LIMITS.held_response_stride))
                 if turn:
-                    start = self._log_motion[c]
+                    start = log_motion[c]
                 elif c < 2:
                     start = np.log(np.maximum(np.abs(around.motion(np.zeros_like(self._driven))[0]), 1e-300))
                 else:
-                    start = 2 * self._log_motion[c - 1] - self._log_motion[c - 2]
-                found = self._forces(every, self._ripples[c]).balance(
-                    self._laws, self.omega, around, added=added.of_step(c), start=np.exp(start)
+                    start = 2 * log_motion[c - 1] - log_motion[c - 2]
+                found = self.forces(every, ripples[c]).balance(
+                    self.laws, self.omega, around, added=added.of_step(c), start=np.exp(start)
                 )
-                self._more[c] = found.more
-                motion[c], stiffness[c] = found.motion, found.stiffness - self._more[c]
-                self._log_motion[c] = np.log(np.maximum(np.abs(found.motion), 1e-300))
+                more[c] = found.more
+                motion[c], stiffness[c] = found.motion, found.stiffness - more[c]
+                log_motion[c] = np.log(np.maximum(np.abs(found.motion), 1e-300))
             if self._own_harmonics and turn < HARMONIC_TURNS:
-                added = self._by_harmonics(motion, stiffness)
+                added = self._by_harmonics(motion, stiffness, log_motion, ripples)
+        return HeldBranch(self, first, more, log_motion, ripples)
 
-    def states(self, rows: Array, reading: Array) -> HeldStates:
-        """States at the frequencies `rows` (s,) and amplitudes (s,) of the channel's reading."""
-        pieces = [self._chunk(rows[k : k + CHUNK], reading[k : k + CHUNK]) for k in range(0, max(len(rows), 1), CHUNK)]
-        return HeldStates.together(pieces)
-
-    def _chunk(self, rows: Array, reading: Array) -> HeldStates:
-        place = np.log(reading) / LIMITS.held_response_stride - self._first[rows]
-        lower = np.clip(place.astype(int), 1, len(self._more) - 3)
-        share = (place - lower)[:, None]
-        start = (1 - share) * self._log_motion[lower, rows] + share * self._log_motion[lower + 1, rows]
-        t = np.clip(share, 0.0, 1.0)
-        # Lagrange's cubics through the four amplitudes around.
-        cubics = (t * (1 - t) * (t - 2) / 6, (t * t - 1) * (t - 2) / 2, t * (t + 1) * (2 - t) / 2, t * (t * t - 1) / 6)
-        more, ripples = (
-            sum(
-                cubic.reshape(-1, *(1,) * (known.ndim - 2)) * known[lower + n, rows]
-                for n, cubic in enumerate(cubics, -1)
-            )
-            for known in (self._more, self._ripples)
-        )
-        around = self._surroundings(rows, reading)
-        added = replace(Added.nothing(start.shape, self.points), stiffness=np.asarray(more))
-        found = self._forces(rows, np.asarray(ripples)).balance(
-            self._laws, self.omega[rows], around, added=added, start=np.exp(start)
-        )
-        motion, response, by_stiffness = around.reading(found.stiffness)
-        return HeldStates(motion, found.stiffness, response, by_stiffness, found.unsettled)
-
-    def _surroundings(self, rows: Array, reading: Array) -> Surroundings:
+    def surroundings(self, rows: Array, reading: Array) -> Surroundings:
+        """What is around the moving ports at some frequencies, with these readings."""
         return Surroundings(
             self._among[rows], self._driven[rows], self._reading[rows], self._to_reading[rows], reading + 0j
         )
 
-    def _forces(self, rows: Array, ripples: Array) -> LocalForces:
+    def forces(self, rows: Array, ripples: Array) -> LocalForces:
+        """What acts at the moving ports there."""
         return LocalForces(self._rig.modification.nonlinear, self.weights[rows], self._rig.points.joint, ripples)
 
     def _linear_ripples(self, count: int) -> Array:
@@ -220,11 +195,11 @@ class HeldRig:
         among = [np.diagonal(self._at_harmonic(h)[:, own, own], axis1=1, axis2=2) for h in RIPPLES]
         return np.tile(np.stack(among, axis=2), (count, 1, 1, 1))
 
-    def _by_harmonics(self, motion: Array, stiffness: Array) -> Added:
-        """What harmonics add (c, f, n) at each amplitude passed; find what sliders slip into there, too."""
+    def _by_harmonics(self, motion: Array, stiffness: Array, log_motion: Array, ripples: Array) -> Added:
+        """What harmonics add (c, f, n) at each amplitude passed; `ripples` are filled with what sliders slip into."""
         p, orders = self.points, self._rig.orders
         among = [self._at_harmonic(h) for h in orders]
-        added = replace(Added.nothing(motion.shape, p), log_amplitude=self._log_motion[..., :p].copy())
+        added = replace(Added.nothing(motion.shape, p), log_amplitude=log_motion[..., :p].copy())
         joint = self._rig.points.joint
         softened = stiffness[:, :, :p].real / (self.weights[:, :p] * self._base.E[joint])
         gaps = np.array([slap.gap_m if slap else np.inf for slap in self._rig.slaps])[joint]
@@ -241,26 +216,26 @@ class HeldRig:
                 ],
                 axis=1,
             )
-            ripples = np.diagonal(around[:, [orders.index(h) for h in RIPPLES], 2 * p :, 2 * p :], axis1=2, axis2=3)
-            self._ripples[c, rows] = ripples.swapaxes(1, 2)
-            driven = self._driven_by_forces(around, motion[c, rows, 2 * p :], rows, self._ripples[c, rows], orders)
+            own = np.diagonal(around[:, [orders.index(h) for h in RIPPLES], 2 * p :, 2 * p :], axis1=2, axis2=3)
+            ripples[c, rows] = own.swapaxes(1, 2)
+            driven = self._driven_by_forces(around, motion[c, rows, 2 * p :], rows, ripples[c, rows], orders)
             openings = Openings(
                 motion[c, rows, :p], secant[:, :p].real, self.weights[rows, :p], self._base.E, joint,
                 orders, around[:, :, :p, :p], driven[:, :, :p], around[:, :, p : 2 * p, :p], driven[:, :, p : 2 * p],
             )  # fmt: skip
-            balance = balance_openings(self._laws, openings, self._rig.slaps)
+            balance = balance_openings(self.laws, openings, self._rig.slaps)
             slips = motion[c, rows, p : 2 * p]
-            change = loss_among_harmonics(self._laws, joint, slips, openings.slips(balance), orders)
+            change = loss_among_harmonics(self.laws, joint, slips, openings.slips(balance), orders)
             added.stiffness[c, rows, :p] = balance.more
             added.stiffness[c, rows, p : 2 * p] = 1j * self.weights[rows, p:] * change
-            added.growth[c, rows] = growth_of_more(self._laws, openings, balance, self._rig.slaps)
+            added.growth[c, rows] = growth_of_more(self.laws, openings, balance, self._rig.slaps)
         return added
 
     def _driven_by_forces(
         self, around: Array, motion: Array, rows: Array, ripples: Array, orders: Sequence[int]
     ) -> Array:
         """Harmonics (s, h, n) of the ports' motion by those of the nonlinear forces."""
-        pushed = self._forces(rows, ripples).harmonics_of(orders, motion, self.omega[rows]).swapaxes(0, 1)
+        pushed = self.forces(rows, ripples).harmonics_of(orders, motion, self.omega[rows]).swapaxes(0, 1)
         return -np.asarray((around[:, :, :, 2 * self.points :] @ pushed[..., None])[..., 0])
 
     def _free(self, h: int = 1) -> Array:
@@ -277,3 +252,46 @@ class HeldRig:
         free = update_receptance(free, np.array([rig.model.ports.drive]), shaker[:, None])
         at = rig.moving
         return np.asarray(free[:, at[:, None], at])
+
+
+@dataclass(frozen=True, eq=False)
+class HeldBranch:
+    """What was found from small readings to large ones, for states in between to begin from."""
+
+    rig: HeldRig
+    first: Array
+    """Number (f,) of the least reading in :data:`LIMITS.held_response_stride`, logarithmic."""
+    more: Array
+    """Stiffness that harmonics add, N/m, (c, f, n),"""
+    log_motion: Array
+    """the logarithm of the moving ports' amplitudes,"""
+    ripples: Array
+    """and what sliders slip into, at each reading passed."""
+
+    def states(self, rows: Array, reading: Array) -> HeldStates:
+        """States at the frequencies `rows` (s,) and amplitudes (s,) of the channel's reading."""
+        pieces = [self._chunk(rows[k : k + CHUNK], reading[k : k + CHUNK]) for k in range(0, max(len(rows), 1), CHUNK)]
+        return HeldStates.together(pieces)
+
+    def _chunk(self, rows: Array, reading: Array) -> HeldStates:
+        rig, place = self.rig, np.log(reading) / LIMITS.held_response_stride - self.first[rows]
+        lower = np.clip(place.astype(int), 1, len(self.more) - 3)
+        share = (place - lower)[:, None]
+        start = (1 - share) * self.log_motion[lower, rows] + share * self.log_motion[lower + 1, rows]
+        t = np.clip(share, 0.0, 1.0)
+        # Lagrange's cubics through the four amplitudes around.
+        cubics = (t * (1 - t) * (t - 2) / 6, (t * t - 1) * (t - 2) / 2, t * (t + 1) * (2 - t) / 2, t * (t * t - 1) / 6)
+        more, ripples = (
+            sum(
+                cubic.reshape(-1, *(1,) * (known.ndim - 2)) * known[lower + n, rows]
+                for n, cubic in enumerate(cubics, -1)
+            )
+            for known in (self.more, self.ripples)
+        )
+        around = rig.surroundings(rows, reading)
+        added = replace(Added.nothing(start.shape, rig.points), stiffness=np.asarray(more))
+        found = rig.forces(rows, np.asarray(ripples)).balance(
+            rig.laws, rig.omega[rows], around, added=added, start=np.exp(start)
+        )
+        motion, response, by_stiffness = around.reading(found.stiffness)
+        return HeldStates(motion, found.stiffness, response, by_stiffness, found.unsettled)

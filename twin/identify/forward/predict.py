@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from twin.arrays import Array
 from twin.identify.backbones.modal_prediction import ModalResponse
 from twin.identify.forward.forward_model import ForwardModel
-from twin.identify.forward.held_response import HeldRig
+from twin.identify.forward.held_response import HeldBranch, HeldRig
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
 from twin.identify.measured_data import MeasuredData, no_steps, reference_output
@@ -163,19 +163,19 @@ class RigResponse:
         reading = A / rig.omega[row] ** (2 - self._derivative)
         np.minimum.at(low, row, LIMITS.predict_smallest * reading)
         np.maximum.at(high, row, 1.1 * reading)
-        rig.continue_over(low, high)
-        state = self._state(rig, row, reading)
-        stable = self._slope(rig, row, reading) > 0
+        branch = rig.branch(low, high)
+        state = self._state(branch, row, reading)
+        stable = self._slope(branch, row, reading) > 0
         std = state.relative_std * state.force
         return self._prediction(np.arange(len(f)), f, state.force, A, std, stable, state)
 
     def forced(self, frequency_Hz: Array, force_N: Array) -> RigPrediction:
         """Every steady acceleration that given force amplitudes can hold, branch by branch; `std` is its own."""
         f, F = np.asarray(frequency_Hz, float), np.asarray(force_N, float)
-        rig, row, steps, reading = self._solutions(f, F)
-        state = self._state(rig, row[steps], reading)
-        slope = self._slope(rig, row[steps], reading)
-        A = reading * rig.omega[row[steps]] ** (2 - self._derivative)
+        branch, row, steps, reading = self._solutions(f, F)
+        state = self._state(branch, row[steps], reading)
+        slope = self._slope(branch, row[steps], reading)
+        A = reading * branch.rig.omega[row[steps]] ** (2 - self._derivative)
         with np.errstate(divide="ignore"):
             std = np.minimum(state.relative_std / np.abs(slope), 1.0) * A
         return self._prediction(steps, f[steps], F[steps], A, std, slope > 0, state)
@@ -196,8 +196,8 @@ class RigResponse:
         )  # fmt: skip
         return rig, row
 
-    def _solutions(self, f: Array, target: Array) -> tuple[HeldRig, Array, Array, Array]:
-        """All readings at which the force has its target: the rig at the frequencies, rows in it, steps, readings."""
+    def _solutions(self, f: Array, target: Array) -> tuple[HeldBranch, Array, Array, Array]:
+        """All readings at which the force has its target: the branch they are on, rows in it, steps, readings."""
         rig, row = self._at_frequencies(f)
         least, most = np.full(len(rig.omega), np.inf), np.zeros(len(rig.omega))
         np.minimum.at(least, row, target)
@@ -212,30 +212,32 @@ class RigResponse:
             LIMITS.predict_least * top,
             np.minimum(LIMITS.predict_smallest * top, 0.3 * least * np.minimum(linear, at_last)),
         )
-        rig.continue_over(bottom, top)
+        branch = rig.branch(bottom, top)
         grid = bottom[:, None] * (top / bottom)[:, None] ** np.linspace(0.0, 1.0, GRID_POINTS)
         across = np.repeat(np.arange(len(rig.omega)), GRID_POINTS)
-        values = self._force(rig, across, grid.ravel()).reshape(grid.shape)
+        values = self._force(branch, across, grid.ravel()).reshape(grid.shape)
         at, low, high = [], [], []
         below: list[tuple[int, float]] = []
         for i, r in enumerate(row):
             excess = np.log(values[r] / target[i])
             if excess[0] >= 0:
                 below.append((i, grid[r, 0] * np.exp(-excess[0])))
-            points, excess = self._with_extrema(rig, r, grid[r], excess, target[i])
+            points, excess = self._with_extrema(branch, r, grid[r], excess, target[i])
             for j in np.flatnonzero(np.signbit(excess[:-1]) != np.signbit(excess[1:])):
                 at.append(i)
                 low.append(points[j])
                 high.append(points[j + 1])
         steps, reading = np.array(at, int), np.zeros(0)
         if at:
-            reading = self._root(rig, row[steps], target[steps], np.log(low), np.log(high))
+            reading = self._root(branch, row[steps], target[steps], np.log(low), np.log(high))
         steps = np.concatenate([np.array([i for i, _ in below], int), steps])
         reading = np.concatenate([[x for _, x in below], reading])
         order = np.lexsort((reading, steps))
-        return rig, row, steps[order], reading[order]
+        return branch, row, steps[order], reading[order]
 
-    def _with_extrema(self, rig: HeldRig, r: int, grid: Array, excess: Array, target: float) -> tuple[Array, Array]:
+    def _with_extrema(
+        self, branch: HeldBranch, r: int, grid: Array, excess: Array, target: float
+    ) -> tuple[Array, Array]:
         """The grid with points added where the curve turns without crossing zero between grid points."""
         turn = np.flatnonzero(np.diff(excess)[:-1] * np.diff(excess)[1:] < 0) + 1
         turn = turn[
@@ -247,23 +249,23 @@ class RigResponse:
         y0, y1, y2 = excess[turn - 1], excess[turn], excess[turn + 1]
         shift = 0.5 * (y0 - y2) / (y0 - 2 * y1 + y2)
         reading = grid[turn] * (grid[1] / grid[0]) ** shift
-        values = np.log(self._force(rig, np.full(len(reading), r), reading) / target)
+        values = np.log(self._force(branch, np.full(len(reading), r), reading) / target)
         points, all_values = np.concatenate([grid, reading]), np.concatenate([excess, values])
         order = np.argsort(points)
         return points[order], all_values[order]
 
-    def _root(self, rig: HeldRig, rows: Array, target: Array, a: Array, b: Array) -> Array:
+    def _root(self, branch: HeldBranch, rows: Array, target: Array, a: Array, b: Array) -> Array:
         """Roots of log(force / target) over log reading between a and b, by the Illinois variant of false position.
 
         Where this takes too long, as over a kink, the bracket is halved until nothing is left of it.
         """
-        fa, fb = (np.log(self._force(rig, rows, np.exp(x)) / target) for x in (a, b))
+        fa, fb = (np.log(self._force(branch, rows, np.exp(x)) / target) for x in (a, b))
         for turn in range(TURNS + HALVINGS):
             with np.errstate(invalid="ignore", divide="ignore"):
                 c = np.where(fa == fb, a, b - fb * (b - a) / (fb - fa))
             if turn >= TURNS:
                 c = np.where(np.abs(fb) < LIMITS.predict_root, b, 0.5 * (a + b))
-            fc = np.log(self._force(rig, rows, np.exp(c)) / target)
+            fc = np.log(self._force(branch, rows, np.exp(c)) / target)
             crossed = np.signbit(fc) != np.signbit(fb)
             a, fa = np.where(crossed, b, a), np.where(crossed, fb, 0.5 * fa)
             b, fb = c, fc
@@ -271,17 +273,18 @@ class RigResponse:
                 break
         return np.asarray(np.exp(b))
 
-    def _force(self, rig: HeldRig, rows: Array, reading: Array) -> Array:
-        return np.asarray(reading / np.abs(rig.states(rows, reading).response))
+    def _force(self, branch: HeldBranch, rows: Array, reading: Array) -> Array:
+        return np.asarray(reading / np.abs(branch.states(rows, reading).response))
 
-    def _slope(self, rig: HeldRig, rows: Array, reading: Array) -> Array:
+    def _slope(self, branch: HeldBranch, rows: Array, reading: Array) -> Array:
         """Slope of log force over log reading; negative between two folds."""
         step = 1e-4
-        up, down = (self._force(rig, rows, reading * np.exp(side * step)) for side in (1, -1))
+        up, down = (self._force(branch, rows, reading * np.exp(side * step)) for side in (1, -1))
         return np.asarray(np.log(up / down) / (2 * step))
 
-    def _state(self, rig: HeldRig, rows: Array, reading: Array) -> _State:
-        found, p = rig.states(rows, reading), rig.points
+    def _state(self, branch: HeldBranch, rows: Array, reading: Array) -> _State:
+        rig, found = branch.rig, branch.states(rows, reading)
+        p = rig.points
         by_modulus = (found.by_stiffness[:, : 2 * p] * rig.weights[rows] * np.repeat([1.0, 1j], p)).real
         parts, beyond, motion = np.zeros(len(rows)), np.zeros(len(rows)), np.abs(found.motion)
         for joint, law in enumerate(self._laws):
