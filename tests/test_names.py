@@ -44,6 +44,9 @@ GIVEN_UP = {
     "CLEAR": "the quantity",
     "regularisation": "l_curve",
     "sliders": "jenkins_element",
+    "diagnose_evidence": "diagnose_data",
+    "weigh": "weighed",
+    "continue_over": "branch",
 }
 """Names of modules, classes, functions and constants, and what they are called instead."""
 

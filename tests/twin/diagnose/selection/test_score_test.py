@@ -375,5 +375,5 @@ def test_a_soft_joint_does_what_its_moduli_do_with_all_that_harmonics_add(measur
     at = with_law(baseline)
     causes = {"joint-stiffness": CAUSES["joint-stiffness"]}
     found = score_test._Signatures.at(measured, None, model_at(at), causes)
-    (signature,), moduli = found.each, SCALE * found.prediction.jacobian[:, :2]
+    (signature,), moduli = found.each, SCALE * found.weighed.here.jacobian[:, :2]
     assert (norm(signature.columns - moduli, axis=0) < 2e-4 * norm(moduli, axis=0)).all()
