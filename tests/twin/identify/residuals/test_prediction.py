@@ -198,10 +198,8 @@ def explained(evidence, baseline, modification):
     response, force = steps.response.copy(), steps.force.copy()
     force[:, 0] = response[:, 1, 0] / H[:, 1]
     response[:, 0, 0] = H[:, 0] * force[:, 0]
-    at_rest = broadband_response(residual_model, data, baseline)
-    return replace(
-        evidence, steps=replace(steps, response=response, force=force), broadband=(replace(data, H=at_rest),)
-    )
+    data = replace(data, H=broadband_response(residual_model, data, baseline))
+    return replace(evidence, steps=replace(steps, response=response, force=force), broadband=(data,))
 
 
 MASS = Attachment(lambda s: deflection(s, 0.35)[None], lambda omega: -(omega[:, None] ** 2) * 0.01 + 0j)
