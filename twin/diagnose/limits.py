@@ -56,6 +56,10 @@ class Limits:
     # posterior.py
     posterior_temperature: float = 3.0
     """Factor by which differences of log evidence overstate what they say, since models are approximate."""
+    # law_tolerances.py
+    law_tolerances_slip: float = 1.0
+    """Stiffness in slip that a joint may give or take, over what it loses there: a Jenkins element takes 1.6 times as
+    much where it loses most, and less where it begins to slip."""
     # profile.py
     profile_apart: float = 1.1
     profile_halvings: int = 2

@@ -94,24 +94,29 @@ def _of_steps(residual_model: ResidualModel, columns: Array) -> ResidualColumns:
 def _of_stiffness(
     residual_model: ResidualModel, baseline: BaselineParameters, along: Array, coordinates: Array
 ) -> list[ResidualColumns]:
-    """What a joint takes off its stiffness, and loses, errs in two ways, by the third harmonic's error at a point.
+    """What a joint takes off its stiffness, and loses, errs in three ways, each smoothly with the motion.
 
-    The law differs along the layer, as the bolt's pressure does; and what harmonics add to the fundamental's stiffness
-    errs as they do, smoothly with the motion, at points of which there are many.
+    The law differs along the layer, as the bolt's pressure does, by the third harmonic's error at a point; what
+    harmonics add to the fundamental's stiffness errs as they do, at points of which there are many; and what loses in
+    slip takes stiffness in slip, which the law says nothing of.
     """
 
     def of_ports(balance: Balance) -> Array:
         count, law = len(along), balance.stiffness - balance.more
-        found = np.zeros((*law.shape, 2 * along.shape[1] + 1), complex)
+        found = np.zeros((*law.shape, 2 * along.shape[1] + 2), complex)
         for number, ports in enumerate((slice(count), slice(count, 2 * count))):  # openings, then slips
             own = slice(number * along.shape[1], (number + 1) * along.shape[1])
-            found[:, ports, own] = law[:, ports, None] * along
-        found[:, :, -1] = balance.more
+            found[:, ports, own] = OF_RESIDUALS.share_error[0] * law[:, ports, None] * along
+        found[:, count : 2 * count, -2] = LIMITS.law_tolerances_slip * law[:, count : 2 * count].imag
+        found[:, :, -1] = OF_RESIDUALS.share_error[0] / np.sqrt(max(count, 1)) * balance.more
         return found
 
-    felt = OF_RESIDUALS.share_error[0] * by_stiffness(residual_model, baseline, of_ports)
-    added = felt[:, :, -1:] / np.sqrt(max(len(along), 1)) * smooth_columns(coordinates)[:, None]
-    return [_of_steps(residual_model, each) for each in (felt[:, :, :-1], np.concatenate([added, 1j * added], axis=2))]
+    felt = by_stiffness(residual_model, baseline, of_ports)
+    # By amplitude alone: what differs with the phase as well would be another law before resonance than behind it.
+    laws = felt[:, :, :-1, None] * smooth_columns(coordinates[:, :1])[:, None, None]
+    added = felt[:, :, -1:] * smooth_columns(coordinates)[:, None]
+    each = (laws.reshape(*laws.shape[:2], -1), np.concatenate([added, 1j * added], axis=2))
+    return [_of_steps(residual_model, columns) for columns in each]
 
 
 def _of_harmonics(
