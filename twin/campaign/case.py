@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import time
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,8 @@ from twin.rigs import Rig, preload_name, preload_record
 
 NEXT = "next.mcap"
 """Recording of the test that an ambiguous diagnosis proposed."""
+Diagnosed = Callable[..., dict[str, Any]]
+"""A diagnosis of a case's recordings: which causes it may name, and its options."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +159,7 @@ def _recorded(case: HiddenCase, rig: Rig, path: Path, procedure: Procedure, *, r
             return False
 
 
-def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
+def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None, *, time_limit_s: float = math.inf) -> CaseResult:
     """Record and diagnose one case; whatever goes wrong is in the result, so that a campaign goes on.
 
     Parameters
@@ -164,10 +168,13 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
         As it is assumed, which with the recordings is all that the diagnosis sees.
     keep
         Folder for the recordings; without it they vanish.
+    time_limit_s
+        After which the search of each diagnosis ends where it is.
     """
     with temporary_folder("twin-campaign") as temporary:
         folder = keep or temporary
         folder.mkdir(parents=True, exist_ok=True)
+        diagnosed = partial(_diagnosed, plan, folder, rig, time_limit_s)
         started = time.perf_counter()
         result = CaseResult(plan=plan, rig=rig.name, hidden=[], found=None, aborted=[], recording_s=0.0)
         try:
@@ -175,10 +182,10 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
             result = replace(result, aborted=aborted, recording_s=time.perf_counter() - started)
             hidden = [{"cause": effect.cause, "parameters": dict(effect.parameters)} for effect in case.effects]
             result = replace(result, overloaded=_overloaded(plan, folder), hidden=hidden)
-            found = _diagnosed(plan, folder, rig, list(CAUSES), out=folder)
+            found = diagnosed(list(CAUSES), out=folder)
             result = replace(result, found=found)
-            result = replace(result, followed=_followed(plan, case, found, folder, rig))
-            result = replace(result, oracle_after=_oracle(plan, found, folder, rig))
+            result = replace(result, followed=_followed(diagnosed, plan, case, found, folder, rig))
+            result = replace(result, oracle_after=_oracle(diagnosed, plan, found))
         except Exception as problem:
             result = replace(result, error=f"{type(problem).__name__}: {problem}")
     return result
@@ -191,29 +198,33 @@ def _overloaded(plan: CasePlan, folder: Path) -> tuple[str, ...]:
 
 
 def _diagnosed(
-    plan: CasePlan, folder: Path, rig: Rig, may_name: list[str], *, more: Sequence[str] = (), out: Path | None = None
-) -> dict[str, Any]:
+    plan: CasePlan, folder: Path, rig: Rig, time_limit_s: float, may_name: list[str], *, more: Sequence[str] = (),
+    out: Path | None = None,
+) -> dict[str, Any]:  # fmt: skip
     learn, held_out = ([read_run(folder / name) for name in names] for names in ((*plan.learnt, *more), plan.held_out))
     causes = {name: CAUSES[name] for name in may_name}
-    return diagnose(learn, rig, held_out=held_out, out=out, options=DiagnosisOptions(causes=causes)).to_dict()
+    options = DiagnosisOptions(causes=causes, time_limit_s=time_limit_s)
+    return diagnose(learn, rig, held_out=held_out, out=out, options=options).to_dict()
 
 
-def _followed(plan: CasePlan, case: HiddenCase, found: dict[str, Any], folder: Path, rig: Rig) -> dict[str, Any] | None:
+def _followed(
+    diagnosed: Diagnosed, plan: CasePlan, case: HiddenCase, found: dict[str, Any], folder: Path, rig: Rig
+) -> dict[str, Any] | None:
     """The diagnosis with the test that an ambiguous one proposed, run on the same hidden rig."""
     if not found["next_test"]:
         return None
     procedure = load_procedure(folder / found["next_test"]["procedure"])
     rng = np.random.default_rng([plan.seed, zlib.crc32(NEXT.encode())])
     _recorded(case, rig, folder / NEXT, procedure, rng=rng)
-    return _diagnosed(plan, folder, rig, list(CAUSES), more=[NEXT])
+    return diagnosed(list(CAUSES), more=[NEXT])
 
 
-def _oracle(plan: CasePlan, found: dict[str, Any], folder: Path, rig: Rig) -> float | None:
+def _oracle(diagnosed: Diagnosed, plan: CasePlan, found: dict[str, Any]) -> float | None:
     """The error that is left when only the hidden causes may be named."""
     if not found["gain"] or not set(plan.causes) <= set(CAUSES):
         return None
     if sorted(cause["cause"] for cause in in_model(found)) != sorted(plan.causes):
-        found = _diagnosed(plan, folder, rig, list(plan.causes))
+        found = diagnosed(list(plan.causes))
     return float(found["gain"]["held_out"]["after"])
 
 

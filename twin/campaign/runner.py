@@ -1,6 +1,7 @@
 """Run many cases on all cores or on a cluster; each result is on disk as soon as it is there."""
 
 import json
+import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, as_completed
@@ -26,6 +27,7 @@ def run_campaign(
     *,
     workers: int | str | None = None,
     keep: bool = False,
+    time_limit_s: float = math.inf,
     on_result: Callable[[CaseResult], None] = lambda result: None,
     report: Callable[[str], None] = lambda text: None,
 ) -> list[CaseResult]:
@@ -41,6 +43,8 @@ def run_campaign(
         ``tcp://host:8786``.
     keep
         Keep the recordings in ``recordings/NAME``; with a scheduler, on a file system that the workers share.
+    time_limit_s
+        Of each diagnosis.
     on_result
         Told of each result as it comes, those of an earlier session first.
     report
@@ -65,7 +69,9 @@ def run_campaign(
             report(f"diagnosing {len(todo)} cases")
             recordings = {plan: (folder / RECORDINGS / plan.name).resolve() if keep else None for plan in todo}
             with undisturbed():
-                futures = [executor.submit(run_case, plan, rig, recordings[plan]) for plan in todo]
+                futures = [
+                    executor.submit(run_case, plan, rig, recordings[plan], time_limit_s=time_limit_s) for plan in todo
+                ]
             for future in as_completed(futures):
                 try:
                     result = future.result()

@@ -13,7 +13,7 @@ import click
 
 from recordings.errors import InputError, blamed_on
 from recordings.staging import staged_folder
-from twin.commands.common.options import FILE, FiniteRange, causes_option, json_option, laws_option
+from twin.commands.common.options import FILE, FiniteRange, causes_option, json_option, laws_option, time_limit_option
 from twin.commands.common.output import console, print_json, print_tables, progress_bar, say, stage, write_json
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png
 @click.option("--workers", type=click.IntRange(1), help="Local processes; one for each core if left out.")
 @click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler to use instead, such as tcp://host:8786.")
 @click.option("--keep", is_flag=True, help="Keep the recordings, some 40 MB a case.")
+@time_limit_option
 @causes_option
 @laws_option
 @json_option
@@ -64,6 +65,7 @@ def command(
     workers: int | None,
     scheduler: str | None,
     keep: bool,
+    time_limit_s: float,
     as_json: bool,
 ) -> None:
     """Hide causes in virtual rigs, record them, diagnose from the recordings alone, and count.
@@ -109,7 +111,8 @@ def command(
                 for rig, folder, plans in planned
                 for result in run_campaign(
                     plans, rig, folder,
-                    workers=scheduler or workers, keep=keep, on_result=on_result, report=stage,
+                    workers=scheduler or workers, keep=keep, time_limit_s=time_limit_s, on_result=on_result,
+                    report=stage,
                 )
             ]  # fmt: skip
         except OSError as error:

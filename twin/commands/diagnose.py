@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.staging import staged_folder
-from twin.commands.common.options import FILE, causes_option, json_option, laws_option, overwrite_option, scatter_option
+from twin.commands.common.options import (
+    FILE,
+    causes_option,
+    json_option,
+    laws_option,
+    overwrite_option,
+    scatter_option,
+    time_limit_option,
+)
 from twin.commands.common.output import (
     console,
     next_step,
@@ -30,8 +38,6 @@ if TYPE_CHECKING:
 REPORT, RESULT = "report.html", "result.json"
 RESULTS = (REPORT, RESULT, "extended.toml", "extended-*", "next.toml", "view.rrd")
 HELD_OUT = "--held-out"
-LONGEST_s = 600.0
-"""Several times what a diagnosis of three sweeps takes on two slow cores."""
 
 
 class _HeldOutRuns(click.Command):
@@ -62,10 +68,7 @@ class _HeldOutRuns(click.Command):
     help="Runs kept for the gain: all words up to the next option.",
 )  # fmt: skip
 @click.option("--out", required=True, type=FILE, help="Folder for result, report and pictures.")
-@click.option(
-    "--time-limit", "time_limit_s", metavar="S", type=click.FloatRange(min=0, min_open=True), default=LONGEST_s,
-    show_default=True, help="Seconds after which the search ends where it is, and the answer says so.",
-)  # fmt: skip
+@time_limit_option
 @scatter_option
 @click.option(
     "--exclude", metavar="CAUSE", multiple=True,

@@ -13,6 +13,7 @@ from twin.diagnose.limits import LIMITS
 from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.posterior import temperature
 from twin.diagnose.residual_columns import ResidualColumns
+from twin.identify.time_limit import time_is_up
 
 _BESIDE = FitOptions(iterations=LIMITS.beside_iterations, tolerance=2.0, rounds=0)
 
@@ -105,7 +106,7 @@ def _over_places(
     places, means, variances = [here], [here.problem.x0 + step], [variance]
     for away in (apart, -apart):
         last = here
-        while (beside := last.beside(number, cause, parameter, away, tolerances)) is not None:
+        while not time_is_up() and (beside := last.beside(number, cause, parameter, away, tolerances)) is not None:
             last = _Expansion.about(beside, tolerances)
             log_mass = last.log_density(number) + np.log(apart)
             if not log_mass > max(log_masses) - LIMITS.negligible_nats * overstated:

@@ -32,6 +32,7 @@ from twin.identify.residuals.error_model import (
 )
 from twin.identify.residuals.likelihood import sound_errors
 from twin.identify.residuals.whitening import HarmonicResiduals
+from twin.identify.time_limit import time_is_up
 
 __all__ = ["REFITTED", "fit_with_errors", "infer_errors", "unexplained", "with_spread"]
 
@@ -148,7 +149,7 @@ def fit_with_errors(
         model = replace(model, errors=inferred, log_evidence=log_evidence)
         if likeliest is None or not log_evidence < likeliest.log_evidence:
             likeliest = model
-        if _distance(inferred, errors, least) < CLOSE:
+        if _distance(inferred, errors, least) < CLOSE or time_is_up():
             break
         errors = inferred
     assert likeliest is not None

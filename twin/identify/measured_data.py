@@ -291,7 +291,7 @@ def response_outputs(runs: Sequence[Run], rig: Rig) -> tuple[Output, ...]:
 
 
 def reference_output(model: LinearModel) -> int:
-    """Number of the output whose motion is largest in the first mode: a cantilever's tip; a strain if there is none."""
+    """Number of the output whose motion is largest in the first mode; of a strain, if none is of motion."""
     motion = np.abs(model.ports.rows[model.ports.outputs] @ model.basis.Phi[:, 0])
     moves = np.array([output.place.reads == "displacement" for output in model.outputs])
     return int(np.argmax(np.where(moves, motion, 0.0) if np.any(moves) else motion))

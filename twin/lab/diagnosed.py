@@ -120,10 +120,10 @@ class DiagnosedRecordings(FitPictures, DiagnosedModel):
         return sweeps_figure(evidence, self.diagnosis.held_out, kinds=list(models))
 
     def plot_law(self) -> Figure:
-        """The joint's law, before and after."""
+        """The joints' laws, before and after."""
         models = shown_models(self.diagnosis)
         if not any(map(has_law, models.values())):
-            raise ValueError("the joint's law was not seen: nothing was measured by stepped sines")
+            raise ValueError("no joint's law was seen: there is no joint, or nothing was measured by stepped sines")
         return law_figure(self.diagnosis.evidence, models)
 
     def plot_missing_force(self) -> Figure:

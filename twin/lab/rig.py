@@ -16,7 +16,7 @@ from recordings.whereabouts import Stages, told_in_one_line
 from twin.lab.given import AnyRun, Report, Runs, are_all_responses, are_tables, listed, no_scatter, one_preload
 from twin.lab.recording import as_runs
 from twin.lab.shown import Shown
-from twin.rigs import LapJointRig, Rig
+from twin.rigs import Rig
 from twin.rigs.assumed import assumed
 from twin.rigs.beam import BeamRig
 from twin.rigs.modal import ModalRig
@@ -50,7 +50,7 @@ class LabRig(Shown):
     source: str
     """The name or file it was loaded from."""
     file: AnyRig
-    """What that says: a lap joint, a beam alone, or one measured mode."""
+    """What that says: a structure, a beam alone, or one measured mode."""
 
     @property
     def assumed(self) -> tuple[str, ...]:
@@ -59,13 +59,13 @@ class LabRig(Shown):
 
     @property
     def sentence(self) -> str:
-        """Its name and kind."""
-        kinds = {LapJointRig: "a lap joint", BeamRig: "a beam alone", ModalRig: "one mode of a structure"}
-        kind = kinds.get(type(self.file), "a structure of parts and joints")
+        """Its name, and what it is made of."""
+        kinds = {BeamRig: "a beam alone", ModalRig: "one mode of a structure"}
+        kind = self.file.sentence if isinstance(self.file, Rig) else kinds[type(self.file)]
         return f"{self.file.name}: {kind}."
 
     def tables(self) -> Sequence[Table]:
-        """The joint's moduli and the channels, where it has a joint."""
+        """The joints' moduli, where it has any, and the channels."""
         rig = self.file
         if not isinstance(rig, Rig):
             return []
@@ -85,7 +85,7 @@ class LabRig(Shown):
             head=("channel", "quantity", "at"),
             rows=[(s.channel, s.quantity, rig.layout().told(rig.place_of(s.channel))) for s in sensors],
         )
-        return [moduli, channels]
+        return [moduli, channels] if rig.joints else [channels]
 
     def rehearse(
         self,
@@ -333,7 +333,7 @@ class LabRig(Shown):
         shaker
             Which of the rig's drives acts; the first if not given.
         channel
-            Whose response; that of the file's law if not given, or the response sensor nearest the tip.
+            Whose response; that of the file's law if not given, or of the sensor that moves most in the first mode.
 
         Raises
         ------

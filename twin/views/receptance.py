@@ -54,7 +54,7 @@ def branch_curves(branches: Iterable[Mapping[str, Any]], channel: Channel) -> li
 
 
 def farthest_response(channels: Iterable[Channel]) -> Channel | None:
-    """The response channel farthest from the clamp, one of motion if there is any; None without any response."""
+    """The response channel farthest along the structure, one of motion if there is any; None without any response."""
     responses = [channel for channel in channels if is_response(channel.quantity)]
     motions = [channel for channel in responses if is_motion(channel.quantity)]
     return max(motions or responses, key=lambda channel: channel.position_m or 0.0, default=None)

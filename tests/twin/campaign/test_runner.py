@@ -16,7 +16,7 @@ RIG = load_rig("steel-lap-joint")
 PLANS = [CasePlan(seed, ("added-mass",)) for seed in (1, 2, 3)]
 
 
-def quick_case(plan, rig, keep=None):
+def quick_case(plan, rig, keep=None, **options):
     """Stands for a minute's work."""
     error = "ValueError: bad luck" if plan.seed == 2 else ""
     return CaseResult(plan=plan, rig=rig.name, hidden=[], found=None, aborted=[], recording_s=0.0, error=error)
@@ -33,7 +33,7 @@ def test_finished_cases_are_not_run_again_and_failed_ones_are(tmp_path, monkeypa
         with ThreadPoolExecutor(workers) as executor:
             yield executor
 
-    def counted(plan, rig, keep=None):
+    def counted(plan, rig, keep, **options):
         ran.append(plan.seed)
         return quick_case(plan, rig)
 

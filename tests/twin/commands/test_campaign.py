@@ -42,7 +42,7 @@ def in_threads(workers, most):
         yield executor
 
 
-def clean(plan, rig, keep=None):
+def clean(plan, rig, keep, **options):
     """Stands for a diagnosis that finds nothing."""
     found = {"verdict": "none", "causes": [], "gain": None, "seconds": 1.0, "misfit": {"chi2_per_dof": 1.0}}
     return CaseResult(plan=plan, rig=rig.name, hidden=[], found=found, aborted=[], recording_s=0.0)

@@ -8,6 +8,7 @@ import tomli_w
 
 from recordings.errors import InputError
 from twin.rigs import RIG_FILES, load_rig, moduli_at, parse_rig, preload_names, save_rig
+from twin.rigs.assumed import assumed
 from twin.structure import assemble
 
 CONTRACT = """
@@ -247,6 +248,15 @@ def test_one_drive_is_a_table_or_an_array_of_one():
     table = tomllib.loads(CONTRACT)
     array = {**table, "drive": [table["drive"]]}
     assert parse_rig(tomli_w.dumps(array).encode(), source="a") == parse_rig(CONTRACT.encode(), source="b")
+
+
+def test_a_drive_without_a_shakers_fields_is_an_ideal_force():
+    table = tomllib.loads(CONTRACT)
+    assert not parse_rig(CONTRACT.encode(), source="a").shaker.ideal
+    bare = {key: table["drive"][key] for key in ("part", "at", "direction")}
+    rig = parse_rig(tomli_w.dumps({**table, "drive": bare}).encode(), source="b")
+    assert rig.shaker.ideal
+    assert "no shaker: an ideal force, one newton for each volt of the generator" in assumed(rig)
 
 
 @pytest.mark.parametrize("support", [[], [{"part": "lower", "at": 0.0, "stiffness": {"y": 1e6}}]])

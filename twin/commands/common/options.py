@@ -14,6 +14,8 @@ from twin.commands.common.output import console, set_verbose
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 FILE = click.Path(path_type=Path)
+LONGEST_s = 600.0
+"""Several times what a diagnosis of three sweeps takes on two slow cores."""
 
 
 class FiniteRange(click.FloatRange):
@@ -57,6 +59,12 @@ scatter_option = click.option(
     "--frequency-scatter", metavar="SHARE", type=click.FloatRange(min=0, max=0.1, max_open=True),
     help="Of frequency responses: how natural frequencies scatter from one assembly to the next, as 0.003; by default "
     "what several cases of one state show, or the rig file says.",
+)  # fmt: skip
+
+
+time_limit_option = click.option(
+    "--time-limit", "time_limit_s", metavar="S", type=click.FloatRange(min=0, min_open=True), default=LONGEST_s,
+    show_default=True, help="Seconds after which a diagnosis' search ends where it is, and the answer says so.",
 )  # fmt: skip
 
 

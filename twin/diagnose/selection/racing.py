@@ -92,11 +92,9 @@ class Race:
                 close = fit.solution.cost <= self.effort.behind * least
                 if close and not any(_same(fit.hypotheses, other.hypotheses) for other in running):
                     running.append(Begun(fit.baseline, fit.hypotheses, start.levels))
-        if time_is_up():
-            return []
         work = [(start.baseline, start.hypotheses, start.levels[-1]) for start in running]
-        fits = parallel_map(partial(_fit_last, tolerances=self.tolerances), (self.evidence, self.harmonics), work)
-        return [fit for fit in fits if np.isfinite(fit.log_evidence)]
+        last = parallel_map(partial(_fit_last, tolerances=self.tolerances), (self.evidence, self.harmonics), work)
+        return [fit for each in last for fit in each if np.isfinite(fit.log_evidence)]
 
     def with_best_threshold(self, leading: FittedModel) -> list[FittedModel]:
         """The model whose threshold is the likeliest of all, where the last cause has one."""
@@ -109,9 +107,7 @@ class Race:
             tolerances=self.tolerances, options=FitOptions(tolerance=0.5, rounds=0),
         )  # fmt: skip
         found = highest_of_profile(self.evidence, self.harmonics, same, threshold, self.tolerances)
-        return [
-            _fit_last(self.evidence, self.harmonics, found.baseline, found.hypotheses, found.errors, self.tolerances)
-        ]
+        return _fit_last(self.evidence, self.harmonics, found.baseline, found.hypotheses, found.errors, self.tolerances)
 
 
 def _same(one: Sequence[CauseHypothesis], other: Sequence[CauseHypothesis]) -> bool:
@@ -143,9 +139,12 @@ def _fit_last(
     hypotheses: tuple[CauseHypothesis, ...],
     errors: ErrorModel,
     tolerances: ResidualColumns | None,
-) -> FittedModel:
+) -> list[FittedModel]:
+    """None once the time is up: what a fit still takes to end, many rivals would take after each other."""
+    if time_is_up():
+        return []
     start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
-    return fit_with_errors(evidence, harmonics, start, hypotheses, errors=errors, tolerances=tolerances)
+    return [fit_with_errors(evidence, harmonics, start, hypotheses, errors=errors, tolerances=tolerances)]
 
 
 def likeliest(fits: Sequence[FittedModel]) -> FittedModel:
@@ -155,7 +154,7 @@ def likeliest(fits: Sequence[FittedModel]) -> FittedModel:
 
 def once_more(
     evidence: MeasuredData, harmonics: HarmonicResiduals | None, fit: FittedModel, tolerances: ResidualColumns | None
-) -> FittedModel:
+) -> list[FittedModel]:
     """A model that is not as exact as sound rigs' are, through all model errors again from where it ended."""
     start, hypotheses, sound = fit.baseline, fit.hypotheses, sound_errors(evidence)
     for level in continuation(sound)[:-1]:

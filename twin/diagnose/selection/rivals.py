@@ -57,7 +57,7 @@ def fitted_rivals(
     if fits:
         fits += race.with_best_threshold(likeliest(fits))
     if fits and not (leading := likeliest(fits)).errors.as_small_as(sound) and not time_is_up():
-        fits.append(once_more(evidence, race.harmonics, leading, race.tolerances))
+        fits += once_more(evidence, race.harmonics, leading, race.tolerances)
     best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
         best.setdefault(fit.hypotheses[-1].key, fit)

@@ -129,7 +129,7 @@ class RigResponse:
     evidence
         As from :func:`blank_data`.
     channel
-        The one that is held or asked for: that of the file's law, or the response sensor nearest the tip.
+        The one that is held or asked for: that of the file's law, or the one that moves most in the first mode.
     own_harmonics
         Whether the openings' own harmonics act on their fundamental.
 
