@@ -11,8 +11,9 @@ from pathlib import Path
 
 CALLED_ELSEWHERE = (
     "bench/*.py",
+    "identify/jenkins.py",
     "identify/nonlinear/*.py",
-    "identify/slipping.py",
+    "identify/slipping_kernel.py",
     "joint/*.py",
     "response/*.py",
 )

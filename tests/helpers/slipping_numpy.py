@@ -8,14 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from twin.identify.slipping import (
-    PASSES,
-    RIPPLES,
-    _bracket,
-    _turned,
-    common_spring,
-    jenkins_harmonics,
-)
+from twin.identify.jenkins import RIPPLES, _turned, common_spring, jenkins_harmonics
+from twin.identify.slipping_kernel import PASSES, _bracket
 
 __all__ = ["slipping_harmonics_numpy"]
 

@@ -22,7 +22,6 @@ from twin.identify.rig_channels import drive_of
 from twin.identify.spectra.spectrum import broadband_records, is_impact_test
 from twin.lab.shown import Reported
 from twin.procedures import Impact, parse_procedure
-from twin.rehearsal.hammer import point_places
 from twin.rigs import Place, Rig
 from twin.structure.modelled_rig import modelled_rig
 from twin.views.page import Page
@@ -137,6 +136,8 @@ def _of_noise(run: Run, force: str, channels: tuple[str, ...], band_Hz: Band | N
 def _of_hits(
     run: Run, force: str, channels: tuple[str, ...], band_Hz: Band | None, rig: Rig | None, reduction: Reduction
 ) -> MeasuredModes:
+    from twin.rehearsal.hammer import point_places  # whose bench numba takes a while to load
+
     procedure = parse_procedure(run.attachments["procedure.toml"], source=run.path)
     assert isinstance(procedure, Impact)
     if procedure.sensor is not None:

@@ -1,5 +1,7 @@
 """A report: an answer, then sections of texts, tables and pictures; one HTML file without a network, or plain text."""
 
+from __future__ import annotations
+
 import base64
 import hashlib
 import io
@@ -9,13 +11,15 @@ from datetime import UTC, datetime
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from recordings.errors import InputError
 from recordings.whole import whole_file
 from twin.views.style import AFTER
 from twin.views.table import Table, markdown_text, table_markdown, template
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure  # which takes a while to load
 
 DPI = 130
 LEFT_OUT = "What the rig file leaves out, and what stands for it"
@@ -58,7 +62,7 @@ class Page:
     files: Sequence[str] = ()
     """What it was made from; those that are there are told with their SHA-256."""
 
-    def beginning(self, title: str, items: Sequence[str]) -> "Page":
+    def beginning(self, title: str, items: Sequence[str]) -> Page:
         """The page with a list before all its sections, if there is anything in it."""
         return replace(self, sections=[Section(title=title, items=items), *self.sections]) if items else self
 

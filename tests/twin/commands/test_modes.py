@@ -1,6 +1,8 @@
 """`twin modes`: a recorded rig's poles without its model, as a table that identification takes."""
 
 import json
+import subprocess
+import sys
 
 import pytest
 from said import said_beside_stages
@@ -49,6 +51,19 @@ def test_a_recorded_rigs_modes_are_found_without_its_model(linear_run, tmp_path,
     assert isinstance(read_table(table), FrequencyTable)
     assert len(read_table(table)) == 4
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_neither_numba_nor_matplotlib_are_loaded_for_it(linear_run):
+    """They take as much memory as all samples that are held at once."""
+    code = (
+        "import atexit, runpy, sys\n"
+        f"sys.argv[1:] = ['modes', {str(linear_run)!r}, '--band', '5', '200']\n"
+        "atexit.register(lambda: print(*[m for m in ('numba', 'matplotlib') if m in sys.modules], file=sys.stderr))\n"
+        "runpy.run_module('twin', run_name='__main__')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=300)
+    assert done.stderr.endswith("\n\n"), done.stderr
 
 
 def test_what_cannot_be_fitted_is_refused_in_one_line(linear_run, campaign, tmp_path, capsys):

@@ -7,8 +7,8 @@ import pytest
 from scipy.special import roots_genlaguerre
 
 from twin.diagnose.slider_in_noise import series_spring_and_rate, slider_in_noise
+from twin.identify.jenkins import jenkins_harmonics
 from twin.identify.model_modification import NoiseMotion
-from twin.identify.slipping import jenkins_harmonics
 from twin.joint import jenkins
 
 RATE_Hz, SECONDS = 8192, 60

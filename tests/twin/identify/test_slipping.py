@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from slipping_numpy import slipping_harmonics_numpy
 
-from twin.identify.slipping import jenkins_harmonics, slipping_harmonics
+from twin.identify.jenkins import jenkins_harmonics
+from twin.identify.slipping import slipping_harmonics
 from twin.joint import jenkins
 
 STIFFNESS, SLIP_FORCE = 2.5e6, 1.5

@@ -7,8 +7,8 @@ import numpy as np
 from twin.diagnose.cause import Cause, Label, MeasuredData, Parameter, Values
 from twin.diagnose.places import place_at, place_labels, position, single_point
 from twin.diagnose.slider_in_noise import slider_in_noise
+from twin.identify.jenkins import jenkins_harmonics
 from twin.identify.model_modification import ModelModification, NoiseMotion, NonlinearForce
-from twin.identify.slipping import jenkins_harmonics
 
 TRAVEL_m = 2e-6
 """What contacts of metal give before they slip."""

@@ -7,10 +7,11 @@ import numpy as np
 
 from twin.causes.joints import JointCause
 from twin.diagnose.cause import Label, Labels, MeasuredData, Parameter, Values, thresholds
+from twin.identify.jenkins import RIPPLES
 from twin.identify.joint_motion import largest_motion
 from twin.identify.linear.receptance import ModalBasis
 from twin.identify.model_modification import Attachment, ModelModification, NonlinearForce
-from twin.identify.slipping import RIPPLES, Slider
+from twin.identify.slipping import Slider
 from twin.structure import Structure, layer_points
 
 

@@ -14,6 +14,7 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward.linear_forward_model import LinearForwardModel
 from twin.identify.forward.shaker_impedance import drive_stiffness
 from twin.identify.frequency_shifts import shift_of_run, shift_of_steps
+from twin.identify.jenkins import RIPPLES
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.linear.structural_modification import update_receptance
@@ -30,7 +31,6 @@ from twin.identify.nonlinear.opening_harmonics import (
     has_harmonics,
     loss_among_harmonics,
 )
-from twin.identify.slipping import RIPPLES
 from twin.identify.spectra.broadband import BinnedResponse
 
 Free = tuple[Array, Array]

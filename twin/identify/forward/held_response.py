@@ -15,6 +15,7 @@ import numpy as np
 from twin.arrays import Array
 from twin.identify.forward.forward_model import ForwardModel
 from twin.identify.forward.shaker_impedance import drive_stiffness
+from twin.identify.jenkins import RIPPLES
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.linear.structural_modification import update_receptance
@@ -29,7 +30,6 @@ from twin.identify.nonlinear.opening_harmonics import (
     has_harmonics,
     loss_among_harmonics,
 )
-from twin.identify.slipping import RIPPLES
 
 CHUNK = 4096
 HARMONIC_TURNS = 2

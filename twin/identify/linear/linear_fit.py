@@ -180,8 +180,12 @@ def reduce_broadband(
                 there = replace(nominal, E=nominal.E * np.exp(log_E), G=nominal.G * np.exp(log_G))
                 begun = on_the_resonances(model, there, resonances)
                 others.append((data, follow_resonances(model, data, begun, there), upright))
-            # Nor does a fit of logarithms find its way out of a wrong sign.
-            others += [(*reduced(base, turned), turned) for turned in upright - 2 * np.eye(len(upright))]
+            # Nor does a fit of logarithms find its way out of a wrong sign; whose it may be these bins tell, too.
+            turned = min(
+                upright - 2 * np.eye(len(upright)),
+                key=lambda signs: follow_resonances(model, replace(data, H=signs * data.H), base, nominal).chi2_per_dof,
+            )
+            others.append((*reduced(base, turned), turned))
             best = min(others, key=lambda other: other[1].chi2_per_dof)
             if best[1].chi2_per_dof < LIMITS.linear_fit_found:
                 data, fit, signs = best

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from twin.arrays import Array
-from twin.identify.slipping import LEAST_SLIP, RIPPLES, room_to_slide
+from twin.identify.jenkins import LEAST_SLIP, RIPPLES
+from twin.identify.slipping_kernel import room_to_slide
 from twin.joint.calling import call_kernel
 from twin.joint.compilation import COMPILED, INNER
 from twin.joint.elimination import eliminate, eliminate_columns
@@ -70,11 +71,11 @@ class PackedSliders(NamedTuple):
     """Stiffness and slip force of each, as in :class:`twin.identify.slipping.Slider`, (m, 2)."""
     compliance: Array
     common: Array
-    """What each slips into (s, m, 3), and the :func:`~twin.identify.slipping.common_spring` of that (s, m)."""
+    """What each slips into (s, m, 3), and the :func:`~twin.identify.jenkins.common_spring` of that (s, m)."""
     difference: float
     """Relative step of an amplitude for the derivative of a slider's stiffness."""
     slide_at: int
-    """:func:`~twin.identify.slipping.slide_address`, if there is one."""
+    """:func:`~twin.identify.slipping_kernel.slide_address`, if there is one."""
 
 
 class NewtonLimits(NamedTuple):

@@ -20,12 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import Array
+from twin.identify.jenkins import RIPPLES, common_spring
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import NoiseMotion, NonlinearForce
 from twin.identify.nonlinear.balance import Added, Balance, log_amplitudes
 from twin.identify.nonlinear.balance_kernel import NewtonLimits, PackedPorts, PackedSliders, Turn, settle
 from twin.identify.nonlinear.joint_law import LayerLaw, packed_laws
-from twin.identify.slipping import RIPPLES, Slider, common_spring, slide_address
+from twin.identify.slipping import Slider
+from twin.identify.slipping_kernel import slide_address
 
 NEWTON = NewtonLimits(15, 1e-9, LIMITS.local_longest, LIMITS.local_shortest)
 

@@ -21,8 +21,13 @@ class Whitening:
 
     @classmethod
     def of(cls, covariance: Array) -> Whitening:
-        """From covariances (..., k, k)."""
-        return cls(np.linalg.cholesky(covariance))
+        """From covariances (..., k, k); of one that is indefinite by rounding, with as much more of each variance."""
+        try:
+            return cls(np.linalg.cholesky(covariance))
+        except np.linalg.LinAlgError:
+            size = np.trace(covariance, axis1=-2, axis2=-1)[..., None, None]
+            rounding = 2 * np.finfo(float).eps * size * np.eye(covariance.shape[-1])
+            return cls(np.linalg.cholesky(covariance + rounding))
 
     @cached_property
     def inverse(self) -> Array:

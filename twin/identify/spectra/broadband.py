@@ -297,18 +297,17 @@ def _white_noise(E: Array, H: Array, bin_of: NDArray[np.int64], counts: NDArray[
     """
     outputs = H.shape[1]
     wide = counts[bin_of] >= 8
+    of_bin = counts[bin_of[wide]]
     rows = []
     for o in range(outputs):
-        key = np.log(np.abs(H[wide, o]))
-        order = np.argsort(key)
-        for part in np.array_split(order, 40):
+        left, size = np.abs(E[wide, o]) ** 2 * (of_bin / (of_bin - 1)), np.abs(H[wide, o])
+        for part in np.array_split(np.argsort(np.log(size)), 40):
             if len(part) < 8:
                 continue
-            scatter = np.abs(E[wide, o][part]) ** 2 * (counts[bin_of[wide][part]] / (counts[bin_of[wide][part]] - 1))
             row = np.zeros(1 + outputs)
-            row[0], row[1 + o] = np.median(np.abs(H[wide, o][part]) ** 2), 1.0
+            row[0], row[1 + o] = np.median(size[part] ** 2), 1.0
             # The median of an exponential variable is ln 2 times its mean.
-            rows.append(row / (np.median(scatter) / np.log(2)))
+            rows.append(row / (np.median(left[part]) / np.log(2)))
     if not rows:
         return 0.0, np.full(outputs, float(np.mean(np.abs(E) ** 2)) + 1e-300)
     A = np.array(rows)

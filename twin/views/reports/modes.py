@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 from twin.identify.modes.measured_modes import MeasuredModes
-from twin.views.modal_figures import mac_figure, nyquist_figure, responses_figure, shapes_figure, stabilisation_figure
 from twin.views.page import Page, Picture, Section
 from twin.views.style import AFTER, CAUTION
 from twin.views.table import Table
@@ -41,6 +40,8 @@ def pairs_table(found: MeasuredModes) -> list[Table]:
 
 def modes_page(found: MeasuredModes) -> Page:
     """The report."""
+    from twin.views.modal_figures import nyquist_figure, responses_figure, stabilisation_figure  # with matplotlib
+
     wrong = Section(title="What is wrong, or was set aside", items=found.notes)
     sections = [wrong] if found.notes else []
     sections.append(Section(title="Modes", tables=[modes_table(found)]))
@@ -93,6 +94,8 @@ def _beside(found: MeasuredModes) -> list[Picture]:
     assert found.beside is not None
     if len(found.beside.places) < 2 or not found.beside.pairs:
         return []
+    from twin.views.modal_figures import mac_figure, shapes_figure
+
     return [
         Picture(
             draw=lambda: mac_figure(found),

@@ -8,13 +8,13 @@ import pytest
 from recordings import read_run
 from twin.diagnose.selection.law_tolerances import law_tolerances
 from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.jenkins import jenkins_harmonics
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import gather_data
 from twin.identify.nonlinear.joint_law import LayerLaw, choose_knots
 from twin.identify.residuals.harmonics import by_stiffness, friction_harmonics, harmonic_residuals
 from twin.identify.residuals.linearisation import with_more
 from twin.identify.residuals.residual_model import ResidualModel
-from twin.identify.slipping import jenkins_harmonics
 from twin.joint import Saturating
 from twin.rigs import load_rig
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.identify.residuals.whitening import LowRankWhitening
+from twin.identify.residuals.whitening import LowRankWhitening, Whitening
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-3, 1.0, 1e3])
@@ -20,3 +20,14 @@ def test_columns_with_standard_normal_amounts_are_whitened_away(size):
     values = rng.standard_normal(30)
     np.testing.assert_allclose(whitening(values), white @ values, atol=1e-9)
     np.testing.assert_array_equal(LowRankWhitening.of(columns[:, :0])(values), values)
+
+
+def test_a_covariance_that_rounding_makes_indefinite_is_whitened_too():
+    """Of sixteen responses that share one error of a million times their noise."""
+    shared = np.linspace(1.0, 2.0, 16)[:, None] * 1e6
+    covariance = np.stack([np.eye(16), shared @ shared.T + 1e-8 * np.eye(16)])
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.cholesky(covariance)
+    white = Whitening.of(covariance).columns(shared[None].repeat(2, axis=0))
+    assert np.all(np.isfinite(white))
+    assert np.linalg.norm(white[16:]) == pytest.approx(1.0, rel=1e-6)
