@@ -12,22 +12,6 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 
-__all__ = [
-    "Cause",
-    "Label",
-    "Labels",
-    "MeasuredData",
-    "ModelModification",
-    "Parameter",
-    "Values",
-    "all_channels",
-    "fall_per_second",
-    "measured_duration_s",
-    "response_channels",
-    "shaker_labels",
-    "strengths_of",
-    "thresholds",
-]
 Values = Mapping[str, float]
 Label = Mapping[str, str]
 Labels = Sequence[Label]

@@ -20,8 +20,6 @@ from twin.identify.gauss_newton import not_held_back
 from twin.identify.residuals.error_model import OF_SHIFTS, ErrorModel, ErrorSources
 from twin.identify.residuals.whitening import Whitening
 
-__all__ = ["AboutFit", "MarginalLikelihood"]
-
 
 @dataclass(frozen=True)
 class AboutFit:

@@ -34,8 +34,6 @@ from twin.identify.residuals.likelihood import sound_errors
 from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
 
-__all__ = ["REFITTED", "fit_with_errors", "infer_errors", "unexplained", "with_spread"]
-
 REFITTED = FitOptions(tolerance=0.3)
 """Of a fit that another follows, at the error inferred about it."""
 GRID = (0.3, 3.0, 30.0, 300.0)

@@ -11,8 +11,6 @@ from twin.arrays import Array
 from twin.identify.residuals.linearisation import Linearisation
 from twin.identify.residuals.whitening import Whitening, real_ones
 
-__all__ = ["KINDS", "ResidualColumns", "tolerances_of"]
-
 KINDS = ("broadband", "steps", "harmonics")
 """Of data, in the order of a residual's blocks."""
 

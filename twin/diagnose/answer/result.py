@@ -17,19 +17,6 @@ from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.error_model import SOUND
 
-__all__ = [
-    "IN_WORDS",
-    "Diagnosis",
-    "Estimate",
-    "Gain",
-    "HeldOutError",
-    "Misfit",
-    "NamedCause",
-    "NextTest",
-    "Verdict",
-    "answer_dict",
-]
-
 IN_WORDS = {"none": "no cause at all", "unknown": "something that is on no list"}
 
 

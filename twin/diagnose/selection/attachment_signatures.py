@@ -18,8 +18,6 @@ from twin.identify.model_modification import Attachment, ModelModification
 from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.residual_model import ResidualModel
 
-__all__ = ["AttachmentSignatures"]
-
 
 class AttachmentSignatures:
     """Changes of a residual by what is attached at one port; found once for each port where more is tried than one.

@@ -45,8 +45,6 @@ from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
 
-__all__ = ["Score", "score_causes"]
-
 
 @dataclass(frozen=True)
 class Score:

@@ -26,8 +26,6 @@ from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
 
-__all__ = ["Report", "Search", "Stage", "search_causes"]
-
 
 @dataclass(frozen=True)
 class Stage:
