@@ -23,27 +23,18 @@ from twin.identify.residuals.whitening import Whitening
 
 @dataclass(frozen=True)
 class AboutFit:
-    """The Gaussian about a fit, with some errors.
-
-    Attributes
-    ----------
-    log_likelihood : float
-        Marginal.
-    information : ndarray, (n + k, n + k)
-        Inverse of the covariance of the unknowns and of the tolerances' amounts,
-    precision : ndarray, (n + k, n + k)
-        and what of it was known before any data.
-    free : ndarray of bool, (n + k,)
-        Which of them no limit holds.
-    step : ndarray, (n + k,)
-        From the fit and no amounts to what is most probable; nothing for an unknown that its limit holds.
-    """
+    """The Gaussian about a fit of n unknowns and k tolerances, with some errors."""
 
     log_likelihood: float
+    """Marginal."""
     information: Array
+    """Inverse of the covariance of the unknowns and of the tolerances' amounts, (n + k, n + k),"""
     precision: Array
+    """and what of it was known before any data."""
     free: Array
+    """Which of them no limit holds, (n + k,) bool."""
     step: Array
+    """From the fit and no amounts to what is most probable; nothing for an unknown that its limit holds, (n + k,)."""
 
     def covariance(self, temperature: float = 1.0) -> Array:
         """Of all, where the data count by one over a temperature (power posterior)."""

@@ -17,18 +17,14 @@ KINDS = ("broadband", "steps", "harmonics")
 
 @dataclass(frozen=True)
 class ResidualColumns:
-    """Columns of the residuals, such as their sensitivities, that are not whitened.
-
-    Attributes
-    ----------
-    broadband : tuple of ndarray, (b, o, k)
-    steps : ndarray, (s, 2 o, k)
-    harmonics : ndarray, (s, h, o, k)
-    """
+    """Columns of the residuals, such as their sensitivities, that are not whitened."""
 
     broadband: tuple[Array, ...]
+    """Of each run, (b, o, k)."""
     steps: Array
+    """Array (s, 2 o, k)."""
     harmonics: Array
+    """Array (s, h, o, k)."""
 
     @classmethod
     def of(cls, rows: Array, blocks: tuple[tuple[str, slice], ...], held: Linearisation) -> ResidualColumns:

@@ -75,21 +75,14 @@ class AttachmentSignatures:
 
 @dataclass(frozen=True)
 class _Rows:
-    """Frequencies of a residual's rows.
-
-    Attributes
-    ----------
-    omega : tuple of ndarray
-        Of each block, rad/s; complex where a step's response still grows.
-    repeated : tuple of int
-        How many rows of a block follow each other at the same frequency.
-    parts : tuple of int
-        How often a block's frequencies come again: twice where imaginary parts stand behind real ones.
-    """
+    """Frequencies of a residual's rows."""
 
     omega: tuple[Array, ...]
+    """Of each block, rad/s; complex where a step's response still grows."""
     repeated: tuple[int, ...]
+    """How many rows of a block follow each other at the same frequency."""
     parts: tuple[int, ...]
+    """How often a block's frequencies come again: twice where imaginary parts stand behind real ones."""
 
     @classmethod
     def of(cls, residual_model: ResidualModel, blocks: tuple[tuple[str, slice], ...]) -> _Rows:

@@ -48,26 +48,18 @@ from twin.identify.time_limit import time_is_up
 
 @dataclass(frozen=True)
 class Score:
-    """First order of one cause at one place.
-
-    Attributes
-    ----------
-    hypothesis : CauseHypothesis
-        With the strength that the first order suggests.
-    size, std : float
-        Its first strength less the one of no effect, as the data alone have it, and its standard deviation; in the
-        parameter's unit.  Infinite where the data say nothing of it.
-    log_bayes : float
-        Expected gain of log evidence.
-    change : ndarray, (u,)
-        Of the base family's unknowns, to where they are most probable beside it.
-    """
+    """First order of one cause at one place."""
 
     hypothesis: CauseHypothesis
+    """With the strength that the first order suggests."""
     size: float
+    """Its first strength less the one of no effect, as the data alone have it, in the parameter's unit,"""
     std: float
+    """and its standard deviation; infinite where the data say nothing of it."""
     log_bayes: float
+    """Expected gain of log evidence."""
     change: Array
+    """Of the base family's unknowns, to where they are most probable beside it, (u,)."""
 
 
 @dataclass(frozen=True)
@@ -282,22 +274,15 @@ def _signatures_of(
 
 @dataclass(frozen=True)
 class _FirstOrders:
-    """All signatures side by side.
-
-    Attributes
-    ----------
-    columns : ResidualColumns
-        Of g signatures with m strengths each, in units of their scales; zeros where one has fewer.
-    lower, upper : ndarray, (g, m)
-        Limits of the strengths, away from no effect; both one where an effect has no strength.
-    sized : ndarray of bool, (g,)
-        Whether it has one, with a prior.
-    """
+    """All signatures side by side."""
 
     columns: ResidualColumns
+    """Of g signatures with m strengths each, in units of their scales; zeros where one has fewer."""
     lower: Array
     upper: Array
+    """Limits of the strengths (g, m), away from no effect; both one where an effect has no strength."""
     sized: Array
+    """Whether it has one, with a prior, (g,) bool."""
     known: dict[tuple[str, object], tuple[Array, Array]] = field(default_factory=dict)
 
     @classmethod

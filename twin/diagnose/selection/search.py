@@ -29,33 +29,22 @@ from twin.identify.time_limit import time_is_up
 
 @dataclass(frozen=True)
 class Stage:
-    """One turn of the selection.
-
-    Attributes
-    ----------
-    before : FittedModel
-        The model without a further cause; where one is dropped, with it.
-    scores : tuple of Score
-        Best first.
-    rivals : tuple of FittedModel
-        The models with one more cause, or one less, that were fitted, most probable first.
-    accepted : bool
-        Whether the first of them is more probable than the model without.
-    unknown : float
-        Log evidence of the more probable of both with errors of any size.
-    tolerances : ResidualColumns
-        What a sound rig may have of every cause.
-    complete : bool
-        Whether the time allowed for all of it; nothing is accepted otherwise.
-    """
+    """One turn of the selection."""
 
     before: FittedModel
+    """The model without a further cause; where one is dropped, with it."""
     scores: tuple[Score, ...]
+    """Best first."""
     rivals: tuple[FittedModel, ...]
+    """The models with one more cause, or one less, that were fitted, most probable first."""
     accepted: bool
+    """Whether the first of them is more probable than the model without."""
     unknown: float
+    """Log evidence of the more probable of both with errors of any size."""
     tolerances: ResidualColumns
+    """What a sound rig may have of every cause."""
     complete: bool = True
+    """Whether the time allowed for all of it; nothing is accepted otherwise."""
 
     @property
     def best(self) -> FittedModel:
@@ -65,28 +54,20 @@ class Stage:
 
 @dataclass(frozen=True)
 class Search:
-    """Outcome of a selection.
-
-    Attributes
-    ----------
-    base : FittedModel
-        The base family alone.
-    model : FittedModel
-        The base family with the causes that were selected.
-    stages : tuple of Stage
-        The last one found no further cause.
-    evidence : MeasuredData
-        The recordings, as they were reduced against what was found.
-    harmonics, base_harmonics : HarmonicResiduals, optional
-        Of the steps, with `model` and with `base`.
-    """
+    """Outcome of a selection."""
 
     base: FittedModel
+    """The base family alone."""
     model: FittedModel
+    """The base family with the causes that were selected."""
     stages: tuple[Stage, ...]
+    """The last one found no further cause."""
     evidence: MeasuredData
+    """The recordings, as they were reduced against what was found."""
     harmonics: HarmonicResiduals | None
+    """Of the steps, with `model`,"""
     base_harmonics: HarmonicResiduals | None
+    """and with `base`."""
 
     @property
     def complete(self) -> bool:
