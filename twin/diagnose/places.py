@@ -9,8 +9,7 @@ from recordings.directions import direction_name, unit_vector
 from twin.arrays import Array
 from twin.diagnose.cause import Parameter, Values
 from twin.diagnose.limits import LIMITS
-from twin.identify.known_places import drive_places
-from twin.identify.measured_data import MeasuredData
+from twin.identify.measured_data import MeasuredData, drive_places
 from twin.identify.model_modification import Attachment
 from twin.rigs import BeamPart, Place
 from twin.structure import NodeField, Structure

@@ -27,7 +27,7 @@ from twin.identify.spectra.settled import still_changing
 from twin.identify.spectra.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records
 from twin.identify.spectra.sweeps import rows_by_sweep
-from twin.rigs import Rig, Shaker, nearest_preload, preload_name, recorded_preload
+from twin.rigs import Place, Rig, Shaker, nearest_preload, preload_name, recorded_preload
 
 
 class Known(Protocol):
@@ -354,3 +354,15 @@ def _arrays(states: list[SteadyState], force: str, outputs: tuple[Output, ...], 
         omega, F, F_var, A, A_var, amplitude, time, growth, growth_std, tuple(states),
         force_ratio=ratio, force_ratio_std=ratio_std,
     )  # fmt: skip
+
+
+def drive_places(evidence: MeasuredData) -> tuple[Place, ...]:
+    """Where each of the rig's drives is known to act."""
+    off, layout = evidence.known.drive_offset_m, evidence.rig.layout()
+    return tuple(layout.moved(place, off.get(name, 0.0)) for name, place in evidence.rig.drives.items())
+
+
+def output_place(evidence: MeasuredData, channel: str) -> Place:
+    """Where a response channel is known to measure."""
+    nominal = next(output.place for output in evidence.outputs if output.channel == channel)
+    return evidence.rig.layout().moved(nominal, evidence.known.output_offset_m.get(channel, 0.0))

@@ -1,7 +1,7 @@
 """The shaker drives the beam at another place than was written down."""
 
 from twin.diagnose.cause import Cause, Label, Labels, MeasuredData, ModelModification, Parameter, Values
-from twin.identify.known_places import drive_places
+from twin.identify.measured_data import drive_places
 
 
 class DrivePosition(Cause):

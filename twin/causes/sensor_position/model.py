@@ -1,7 +1,7 @@
 """A sensor sits at another place than was written down."""
 
 from twin.diagnose.cause import Cause, Label, Labels, MeasuredData, Parameter, Values, response_channels
-from twin.identify.known_places import output_place
+from twin.identify.measured_data import output_place
 from twin.identify.model_modification import ModelModification, point_mass
 
 

@@ -63,8 +63,8 @@ scatter_option = click.option(
 
 
 time_limit_option = click.option(
-    "--time-limit", "time_limit_s", metavar="S", type=click.FloatRange(min=0, min_open=True), default=LONGEST_s,
-    show_default=True, help="Seconds after which a diagnosis' search ends where it is, and the answer says so.",
+    "--time-limit", "time_limit_s", metavar="S", type=FiniteRange(1e-3, 1e6), default=LONGEST_s, show_default=True,
+    help="Seconds after which a diagnosis' search ends where it is, and the answer says so.",
 )  # fmt: skip
 
 

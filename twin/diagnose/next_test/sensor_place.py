@@ -13,9 +13,8 @@ from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import PredictedData
 from twin.diagnose.next_test.separation import Promise, least_promise
-from twin.identify.known_places import drive_places
 from twin.identify.linear.linear_model import Output
-from twin.identify.measured_data import MeasuredData
+from twin.identify.measured_data import MeasuredData, drive_places
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.rigs import BeamPart, Place
