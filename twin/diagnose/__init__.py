@@ -6,3 +6,8 @@ from twin.diagnose.models import CAUSES
 from twin.diagnose.options import DiagnosisOptions
 from twin.diagnose.parallel_map import in_processes, usual_processes
 from twin.diagnose.responses import responses_data
+
+__all__ = [
+    "CAUSES", "Diagnosis", "DiagnosisOptions", "NamedCause", "diagnose", "diagnose_data", "in_processes",
+    "recordings_data", "responses_data", "usual_processes",
+]  # fmt: skip

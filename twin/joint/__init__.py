@@ -16,3 +16,11 @@ from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact, one_sided
 from twin.joint.steel import steel_loss, steel_softening
 from twin.joint.table import ForceTable, table_from_stiffness
+
+__all__ = [
+    "Cubic", "Curve", "ForceTable", "Law", "Linear", "NamedLaw", "ParallelJenkins", "Parameter",
+    "PiecewiseLinearContact", "PointForce", "Polynomial", "QuadraticDrag", "RunningLoss", "Saturating",
+    "describing_function", "iwan", "jenkins", "known_laws", "law_named", "law_of_functions", "load_laws",
+    "loss_of_knots", "masing_of_points", "one_sided", "softening_of_knots", "steel_loss", "steel_softening",
+    "table_from_stiffness", "table_of_softening",
+]  # fmt: skip

@@ -7,3 +7,9 @@ from twin.procedures.recorder import RunSink
 from twin.procedures.results import ProcedureResult, StepResult
 from twin.procedures.run import check_channels, check_rate, run_procedure
 from twin.procedures.store import PROCEDURE_FILES, dump_procedure, load_procedure, parse_procedure, save_procedure
+
+__all__ = [
+    "PROCEDURE_FILES", "DirectAcquisition", "Dwell", "Impact", "Multisine", "Procedure", "ProcedureResult",
+    "Random", "RingDown", "RunSink", "StepResult", "SteppedSine", "SweptSine", "check_channels", "check_rate",
+    "dump_procedure", "load_procedure", "parse_procedure", "planned_steps", "run_procedure", "save_procedure",
+]  # fmt: skip
