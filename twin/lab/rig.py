@@ -298,16 +298,17 @@ class LabRig(Shown):
                 )  # fmt: skip
         rig = self._structure()
         named = one_preload(preloads, rig)
-        stages("reading, and a first look")
-        looked = self.check(learnt, held_out=kept, preload=named).passed()
         from twin.lab.diagnosed import DiagnosedRecordings
 
-        blamed = looked.runs[0].path if looked.runs else self.source
-        with told_in_one_line(blamed, stages), asked.in_effect():
-            data = recordings_data(
-                looked.runs, rig, preload=named, held_out=looked.held_out, source=self.source, report=stages
-            )
-            result = diagnose_data(data, out=folder, options=asked, report=stages)
+        stages("reading, and a first look")
+        with asked.in_effect():
+            looked = self.check(learnt, held_out=kept, preload=named).passed()
+            blamed = looked.runs[0].path if looked.runs else self.source
+            with told_in_one_line(blamed, stages):
+                data = recordings_data(
+                    looked.runs, rig, preload=named, held_out=looked.held_out, source=self.source, report=stages
+                )
+                result = diagnose_data(data, out=folder, options=asked, report=stages)
         return DiagnosedRecordings(result, looked.findings)
 
     def predict(

@@ -55,10 +55,10 @@ def law_tolerances(
     response = steps.response[:, residual_model.evidence.reference, 0]
     log_amplitude = np.log(np.abs(response) / steps.omega**2)
     motion = np.column_stack([log_amplitude, np.angle(response / steps.force[:, 0])])
-    along = _along_layers(residual_model)
+    along, by_amplitude = _along_layers(residual_model), smooth_columns(log_amplitude[:, None])
     return of_openings, [
-        *_of_stiffness(residual_model, baseline, along, motion),
-        *_of_harmonics(residual_model, baseline, along, log_amplitude[:, None]),
+        *_of_stiffness(residual_model, baseline, along, by_amplitude, smooth_columns(motion)),
+        *_of_harmonics(residual_model, baseline, along, by_amplitude),
     ]
 
 
@@ -92,7 +92,7 @@ def _of_steps(residual_model: ResidualModel, columns: Array) -> ResidualColumns:
 
 
 def _of_stiffness(
-    residual_model: ResidualModel, baseline: BaselineParameters, along: Array, coordinates: Array
+    residual_model: ResidualModel, baseline: BaselineParameters, along: Array, by_amplitude: Array, by_motion: Array
 ) -> list[ResidualColumns]:
     """What a joint takes off its stiffness, and loses, errs in three ways, each smoothly with the motion.
 
@@ -113,14 +113,14 @@ def _of_stiffness(
 
     felt = by_stiffness(residual_model, baseline, of_ports)
     # By amplitude alone: what differs with the phase as well would be another law before resonance than behind it.
-    laws = felt[:, :, :-1, None] * smooth_columns(coordinates[:, :1])[:, None, None]
-    added = felt[:, :, -1:] * smooth_columns(coordinates)[:, None]
+    laws = felt[:, :, :-1, None] * by_amplitude[:, None, None]
+    added = felt[:, :, -1:] * by_motion[:, None]
     each = (laws.reshape(*laws.shape[:2], -1), np.concatenate([added, 1j * added], axis=2))
     return [_of_steps(residual_model, columns) for columns in each]
 
 
 def _of_harmonics(
-    residual_model: ResidualModel, baseline: BaselineParameters, along: Array, coordinates: Array
+    residual_model: ResidualModel, baseline: BaselineParameters, along: Array, by_amplitude: Array
 ) -> list[ResidualColumns]:
     """Harmonics err smoothly with the amplitude, beside what errs at each step on its own.
 
@@ -130,7 +130,6 @@ def _of_harmonics(
     harmonics, found = residual_model.harmonics, []
     if harmonics is None:
         return []
-    curves = smooth_columns(coordinates)
     shared = np.moveaxis(harmonics.shares @ along, 3, 0)
     friction = friction_harmonics(residual_model, baseline, harmonics.orders)
     R, _, balance = residual_model.step_receptance(baseline)
@@ -138,8 +137,8 @@ def _of_harmonics(
     even = np.where(harmonics.orders % 2, 0.0, OF_RESIDUALS.even_error)[:, None] * made
     for each in (friction, *shared, even):
         for order in np.flatnonzero(np.any(each, axis=(0, 2))):
-            columns = np.zeros((*each.shape, 2 * curves.shape[1]), complex)
-            one = each[:, order, :, None] * curves[:, None]
+            columns = np.zeros((*each.shape, 2 * by_amplitude.shape[1]), complex)
+            one = each[:, order, :, None] * by_amplitude[:, None]
             columns[:, order] = np.concatenate([one, 1j * one], axis=2)
             found.append(replace(_none(residual_model, columns.shape[3]), harmonics=columns))
     return found
