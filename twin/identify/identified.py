@@ -10,6 +10,7 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.estimate import Estimate
 from twin.identify.gauss_newton import Solution
 from twin.identify.limits import LIMITS
+from twin.identify.linear.mesh_error import mesh_errors
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import Polynomials
 from twin.identify.residuals.residual_model import ResidualModel
@@ -28,7 +29,7 @@ class Identified:
     linear: dict[str, Estimate | list[Estimate]]
     """E', G', their loss factors and the modal damping ratios; a list where there are several, of one for each joint or
     mode.  The values are the model's; the standard deviations allow for natural frequencies that are a little wrong by
-    themselves, which a rig file has no place for."""
+    themselves, which a rig file has no place for, and for what the mesh makes of the moduli."""
     baseline: BaselineParameters
     """Of the model."""
     solution: Solution
@@ -58,7 +59,7 @@ def identify_rig(evidence: MeasuredData, *, report: Callable[[str], None] = lamb
     return Identified(
         rig=updated_rig(evidence, model, solution),
         preload=evidence.preload,
-        linear=linear_estimates(free.baseline, free.solution, model),
+        linear=linear_estimates(free.baseline, free.solution, model, evidence.rig),
         baseline=model,
         solution=solution,
         chi2_per_dof=solution.chi2 / dof,
@@ -74,18 +75,19 @@ def _held(baseline: BaselineParameters) -> list[int]:
 
 
 def linear_estimates(
-    free: BaselineParameters, solution: Solution, model: BaselineParameters
+    free: BaselineParameters, solution: Solution, model: BaselineParameters, rig: Rig
 ) -> dict[str, Estimate | list[Estimate]]:
     """What a `model` has of the linear parameters, with the standard deviations of a fit where more of them are `free`.
 
-    As :attr:`Identified.linear`.
+    As :attr:`Identified.linear`.  `rig` is the one whose mesh they are of.
     """
     std = free.blocks.unpack(np.sqrt(np.maximum(np.diag(solution.covariance), 0.0)))
     base = model.base
+    of_mesh_E, of_mesh_G = mesh_errors(rig, base.E, base.G)
     linear: dict[str, Estimate | list[Estimate]] = {}
     for name, values, errors in (
-        ("normal_modulus", base.E, base.E * std["log_E"]),
-        ("shear_modulus", base.G, base.G * std["log_G"]),
+        ("normal_modulus", base.E, base.E * np.hypot(std["log_E"], of_mesh_E)),
+        ("shear_modulus", base.G, base.G * np.hypot(std["log_G"], of_mesh_G)),
         ("normal_loss_factor", free.base.loss_E, std["loss_E"]),
         ("shear_loss_factor", free.base.loss_G, std["loss_G"]),
     ):

@@ -226,6 +226,13 @@ class Layout:
         """The parts that are beams."""
         return tuple(part for part in self.parts if isinstance(part, BeamPart))
 
+    def halved(self) -> Layout:
+        """The same with every element of a beam and of a layer cut in two; parts given by matrices stay."""
+        parts = (part.model_copy(update={"elements": 2 * part.elements}) for part in self.beams)
+        finer = {part.name: part for part in parts}
+        layers = (joint.model_copy(update={"layer_elements": 2 * joint.layer_elements}) for joint in self.joints)
+        return replace(self, parts=tuple(finer.get(part.name, part) for part in self.parts), joints=tuple(layers))
+
     def file(self, name: str, where: str) -> Path:
         """Where a file of a part, a joint or a tie lies; InputError with `where` it is named if nobody knows."""
         if self.folder is None:

@@ -145,7 +145,7 @@ def determined_table(rows: tuple[Determined, ...]) -> Table:
         return f"{100 * std:.2g} %" if row.relative else f"{std:.2g}"
 
     return Table(
-        caption="Each parameter before the data, if all others were known, and after",
+        caption="Each parameter before the data, if all others were known, and after, on the model's mesh",
         head=("parameter", "assumed to within", "known to within", "narrowed", "most correlated with", "correlation"),
         rows=[
             (
