@@ -1,8 +1,8 @@
 """What a layer's moduli owe to the mesh: a layer of few elements is stiffer than one of many, and E' makes up for it.
 
 The steel rig's layer of three elements has the second and the fourth natural frequency of one of six where its E' is a
-fifth of a per cent smaller.  Such an error is the same in every mode, however many are measured, so that the frequencies'
-own errors, which are independent, do not allow for it.
+fifth of a per cent smaller.  Such an error is the same in every mode, however many are measured, so that the
+frequencies' own errors, which are independent, do not allow for it.
 """
 
 import numpy as np
