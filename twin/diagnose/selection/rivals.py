@@ -31,33 +31,31 @@ def fitted_rivals(
     """The models with one more cause, of those that the scores promise, the most probable first.
 
     They begin at `model`; `before` is the same with the errors that it needs beside what sound rigs have.  What the law
-    imitates may lead a fit astray: such causes begin beside no law, too, as does a leading one that has not settled,
-    and all where none is as exact as sound rigs' models are.
+    imitates may lead a fit astray: such causes begin beside no law, too, as does a leading one that has not settled;
+    where the likeliest is not as exact as sound rigs' models are, all of them, and if that is no help the others.
     """
     evidence, effort = race.evidence, race.effort
     scored = _promising(evidence, scores, effort)
     promising = [score.hypothesis for score in scored]
     fits = _raced(race, [_beside_the_law(evidence, model, score) for score in scored], report)
     # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
-    names = {rival.cause.name for rival in promising if rival.cause.tried_at_full_size}
-    again = [score.hypothesis for score in _best_of_each(scores).values() if score.hypothesis.cause.name in names]
+    names, imitated = {rival.cause.name for rival in promising}, _imitated(scores)
+    again = [rival for rival in imitated if rival.cause.name in names]
+    others = [rival for rival in promising if not rival.cause.tried_at_full_size]
     if fits and not (leading := likeliest(fits)).solution.settled:
-        own = leading.hypotheses[-1]
-        again += [rival for rival in promising if rival.key == own.key and own.cause.name not in names]
+        again += [rival for rival in others if rival.key == leading.hypotheses[-1].key]
     if isinstance(evidence, MeasuredFrequencies):
         again = promising  # frequencies alone have several minima: the best without a cause may lead to another
-    sound = sound_errors(evidence)
-    if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (before,)))):
-        again = [*promising, *_elsewhere(scores, promising, effort)]
-    again = [start for rival in again for start in _at_full_size(evidence, rival)]
-    if again and not time_is_up():
-        report(f"beginning beside no law: {', '.join(dict.fromkeys(rival.key for rival in again))}")
-        begun = parallel_map(_beside_no_law, (evidence, race.harmonics, model), [(rival,) for rival in again])
-        fits += _raced(race, begun, report)
+
+    def exact() -> bool:
+        return likeliest(fits or [before]).errors.as_small_as(sound_errors(evidence))
+
+    fits += _raced_beside_no_law(race, model, again if exact() else imitated[: effort.rivals], report)
+    fits += _raced_beside_no_law(race, model, [] if exact() else others, report)
     if fits:
         fits += race.with_best_threshold(likeliest(fits))
-    if fits and not (leading := likeliest(fits)).errors.as_small_as(sound) and not time_is_up():
-        fits += once_more(evidence, race.harmonics, leading, race.tolerances)
+    if fits and not exact() and not time_is_up():
+        fits += once_more(evidence, race.harmonics, likeliest(fits), race.tolerances)
     best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
         best.setdefault(fit.hypotheses[-1].key, fit)
@@ -69,6 +67,16 @@ def _raced(race: Race, begun: list[Begun], report: Report) -> list[FittedModel]:
         return []
     report(f"fitting {', '.join(dict.fromkeys(each.hypotheses[-1].key for each in begun))}")
     return race.run(begun)
+
+
+def _raced_beside_no_law(
+    race: Race, model: FittedModel, rivals: Sequence[CauseHypothesis], report: Report
+) -> list[FittedModel]:
+    work = [(start,) for rival in rivals for start in _at_full_size(race.evidence, rival)]
+    if not work or time_is_up():
+        return []
+    report(f"beginning beside no law: {', '.join(dict.fromkeys(start.key for (start,) in work))}")
+    return _raced(race, parallel_map(_beside_no_law, (race.evidence, race.harmonics, model), work), report)
 
 
 def _promising(evidence: MeasuredData, scores: Sequence[Score], effort: Effort) -> list[Score]:
@@ -100,23 +108,13 @@ def _spread(evidence: MeasuredData, each: list[Score], count: int) -> list[Score
     return [each[k] for k in chosen]
 
 
-def _best_of_each(scores: Sequence[Score]) -> dict[str, Score]:
-    """The first, and so the best, score of each cause and label."""
-    best: dict[str, Score] = {}
+def _imitated(scores: Sequence[Score]) -> list[CauseHypothesis]:
+    """Causes that the law imitates at first, whatever they promise beside it: each label at its best place."""
+    best: dict[str, CauseHypothesis] = {}
     for score in scores:
-        best.setdefault(score.hypothesis.key, score)
-    return best
-
-
-def _elsewhere(scores: Sequence[Score], promising: Sequence[CauseHypothesis], effort: Effort) -> list[CauseHypothesis]:
-    """Further beginnings: causes that the law imitates at first."""
-    keys = {hypothesis.key for hypothesis in promising}
-    found = [
-        score.hypothesis
-        for key, score in _best_of_each(scores).items()
-        if score.hypothesis.cause.tried_at_full_size and key not in keys
-    ]
-    return found[: effort.rivals]
+        if score.hypothesis.cause.tried_at_full_size:
+            best.setdefault(score.hypothesis.key, score.hypothesis)
+    return list(best.values())
 
 
 def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> list[CauseHypothesis]:

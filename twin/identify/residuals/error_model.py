@@ -93,9 +93,9 @@ class ErrorModel:
         return np.eye(len(about)) / self.shifts**2 + HELD_MEAN * together
 
     def as_small_as(self, sound: ErrorModel) -> bool:
-        """Whether no error of the steps is larger than one in six of sound rigs needs."""
-        pairs = ((self.steps.stiffness, sound.steps.stiffness), (self.steps.ratio, sound.steps.ratio))
-        return all(mine < usual * np.exp(SPREAD) for mine, usual in pairs)
+        """Whether no error of any kind of data is larger than one in six of sound rigs needs."""
+        own, usual = (errors.log_sizes[: OF_STEPS.stop] for errors in (self, sound))
+        return bool(np.all(own < usual + SPREAD))
 
 
 SOUND = ErrorModel(steps=Discrepancy(4.4e-7, 4.5e-6), broadband=Discrepancy(2e-5, 1.8e-5))

@@ -131,11 +131,13 @@ def test_a_model_that_errs_by_much_is_not_fitted_with_less_on_the_way():
     assert continuation(far) == (far,)
 
 
-@pytest.mark.parametrize(("name", "sound"), [("stiffness", SOUND.steps.stiffness), ("ratio", SOUND.steps.ratio)])
-def test_a_model_is_sound_while_its_steps_err_no_more_than_sound_rigs_do(name, sound):
+@pytest.mark.parametrize("kind", ["steps", "broadband"])
+@pytest.mark.parametrize("name", ["stiffness", "ratio"])
+def test_a_model_is_sound_while_it_errs_no_more_in_any_data_than_sound_rigs_do(kind, name):
+    usual = getattr(getattr(SOUND, kind), name)
     assert SOUND.as_small_as(SOUND)
-    assert with_value(SOUND, "steps", name, 2.9 * sound).as_small_as(SOUND)
-    assert not with_value(SOUND, "steps", name, 3.1 * sound).as_small_as(SOUND)
+    assert with_value(SOUND, kind, name, 2.9 * usual).as_small_as(SOUND)
+    assert not with_value(SOUND, kind, name, 3.1 * usual).as_small_as(SOUND)
 
 
 def test_the_prior_of_errors_and_roughness_is_log_normal_about_those_of_sound_rigs():

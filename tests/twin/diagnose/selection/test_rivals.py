@@ -1,0 +1,53 @@
+"""Which rivals begin beside no law, by how exact the likeliest fit so far is."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from twin.diagnose.selection import rivals
+from twin.diagnose.selection.racing import USUAL
+from twin.identify.residuals.error_model import SOUND
+
+NOISY = replace(SOUND, broadband=replace(SOUND.broadband, ratio=10 * SOUND.broadband.ratio))
+NAMES = ("mass", "gain", "slider")
+
+
+def hypothesis(name):
+    return SimpleNamespace(cause=SimpleNamespace(name=name, tried_at_full_size=name == "slider"), key=name)
+
+
+def fit(name, log_evidence, errors):
+    solution = SimpleNamespace(settled=True)
+    return SimpleNamespace(hypotheses=(hypothesis(name),), log_evidence=log_evidence, errors=errors, solution=solution)
+
+
+@pytest.mark.parametrize(
+    ("errors", "slider", "begun"),
+    [
+        ((SOUND, SOUND), SOUND, []),
+        ((SOUND, NOISY), SOUND, []),  # a less likely one needs more
+        ((NOISY, SOUND), SOUND, ["slider"]),
+        ((NOISY, NOISY), NOISY, ["slider", "mass", "gain"]),
+    ],
+)
+def test_what_a_law_imitates_is_tried_where_the_likeliest_errs_in_any_data(monkeypatch, errors, slider, begun):
+    """The slider's score promised too little to be among those that are fitted beside the law."""
+    scores = [SimpleNamespace(hypothesis=hypothesis(name)) for name in NAMES]
+    begun_so_far = []
+
+    def beside_no_law(race, model, hypotheses, report):
+        begun_so_far.extend(each.key for each in hypotheses)
+        return [fit(each.key, 9.0, slider) for each in hypotheses if each.key == "slider"]
+
+    monkeypatch.setattr(rivals, "_promising", lambda *_: scores[:2])
+    monkeypatch.setattr(rivals, "_beside_the_law", lambda *_: None)
+    monkeypatch.setattr(rivals, "_raced", lambda *_: [fit("mass", 2.0, errors[0]), fit("gain", 1.0, errors[1])])
+    monkeypatch.setattr(rivals, "_raced_beside_no_law", beside_no_law)
+    monkeypatch.setattr(rivals, "once_more", lambda *_: [])
+    monkeypatch.setattr(rivals, "log_weight", lambda _, each: each.log_evidence)
+    race = SimpleNamespace(evidence=SimpleNamespace(), effort=USUAL, harmonics=None, tolerances=None)
+    race.with_best_threshold = lambda _: []
+    found = rivals.fitted_rivals(race, None, None, scores, print)
+    assert begun_so_far == begun
+    assert found[0].hypotheses[-1].key == ("slider" if begun else "mass")
