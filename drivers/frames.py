@@ -25,8 +25,6 @@ number, and the time field says when the instrument saw that pulse; *counters*: 
 did not keep up; *end*: empty, plain text follows.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections import deque

@@ -1,7 +1,5 @@
 """Everything that a cut or damaged recording still holds, as a sound file."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass

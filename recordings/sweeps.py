@@ -1,7 +1,5 @@
 """A run's steps as sweeps: which stretch of time belongs to which step."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

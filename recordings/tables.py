@@ -1,7 +1,5 @@
 """Tables of measured sweeps and of natural frequencies in CSV, checked line by line."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Reading TOML from people: limited before it is parsed, validated field by field, errors in one line."""
 
-from __future__ import annotations
-
 import codecs
 import re
 import tomllib

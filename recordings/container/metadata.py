@@ -1,7 +1,5 @@
 """The metadata records of a run: ``run`` and ``channel/<name>``, strings to strings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from datetime import datetime

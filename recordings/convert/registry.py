@@ -1,7 +1,5 @@
 """Which formats there are, and the way from one to another."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path

@@ -4,8 +4,6 @@ SDyPy Enhancement Proposal 5 (https://github.com/sdypy/sdypy/blob/main/docs/seps
 channel: ``data``, ``name``, ``unit_str``, and ``fs`` or ``time``; it allows more keys.  ``quantity`` is f, a, v or d.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any

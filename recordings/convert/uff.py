@@ -5,8 +5,6 @@ cannot hold exactly stands in its five text lines as ``key=value`` pairs.  Data 
 hold (spectra, sound pressure, geometry) are kept as attachments ``uff/<number>.uff`` and written back from there.
 """
 
-from __future__ import annotations
-
 import re
 import warnings
 from collections import defaultdict

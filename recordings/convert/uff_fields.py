@@ -1,7 +1,5 @@
 """Header fields of data set 58: a channel of a run to them and back."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from datetime import UTC, datetime

@@ -1,7 +1,5 @@
 """Foreign files put together as one run: which column is the time, which are channels, in which unit."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime

@@ -1,7 +1,5 @@
 """What a foreign file holds before anybody knows what it means: columns of numbers with what the file says of them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

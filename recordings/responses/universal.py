@@ -1,7 +1,5 @@
 """Universal files: data set 58 (frequency responses and coherences), 55 (modes), 15 and 2411 (nodes), 164 (units)."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path
