@@ -235,10 +235,3 @@ class Decoder:
             self.lost_frames -= 1
             self.late_frames += 1
         # Else it is a repeated frame: nothing is missing because of it.
-
-    def take_rest(self) -> bytes:
-        """Bytes not yet understood, taken out: plain text after the end of a stream."""
-        self._due = 0
-        rest = bytes(self._buffer)
-        self._buffer.clear()
-        return rest
