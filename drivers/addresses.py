@@ -1,7 +1,5 @@
 """Where an instrument is: ``serial:/dev/ttyUSB0``, ``tcp:192.168.0.5:5025``, ``can:socketcan:can0``."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

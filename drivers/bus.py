@@ -1,7 +1,5 @@
 """Opening a CAN bus by name, any interface of python-can."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import socket

@@ -7,8 +7,6 @@ channel by channel.  Samples come three in a frame, behind a uint16 count, and d
 A second node on the same bus has all its identifiers 16 higher.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -25,8 +25,6 @@ number, and the time field says when the instrument saw that pulse; *counters*: 
 did not keep up; *end*: empty, plain text follows.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections import deque
@@ -237,10 +235,3 @@ class Decoder:
             self.lost_frames -= 1
             self.late_frames += 1
         # Else it is a repeated frame: nothing is missing because of it.
-
-    def take_rest(self) -> bytes:
-        """Bytes not yet understood, taken out: plain text after the end of a stream."""
-        self._due = 0
-        rest = bytes(self._buffer)
-        self._buffer.clear()
-        return rest

@@ -5,8 +5,6 @@ passes frames on between the others whenever it receives; AF_UNIX SEQPACKET keep
 does not read stops the others once its socket is full, as nothing may be lost: leave the bus, or read it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import select

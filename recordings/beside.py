@@ -1,7 +1,5 @@
 """A private place beside a file or folder, where the new one is made before it takes the name of the old one."""
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import glob

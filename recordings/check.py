@@ -1,7 +1,5 @@
 """What is wrong with a recording, all of it, and what is in it."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path

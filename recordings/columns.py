@@ -1,7 +1,5 @@
 """Columns of CSV files that people made, checked value by value."""
 
-from __future__ import annotations
-
 import csv
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Directions of forces and sensors: along an axis, ``+x`` to ``-z``, or a unit vector in space, ``0.6,0.8,0``."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Annotated

@@ -1,7 +1,5 @@
 """The one error a user sees: which file, where in it, why, and what to do."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path

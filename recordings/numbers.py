@@ -1,7 +1,5 @@
 """Numbers that people write into files, with bounds: what lies beyond is a slip, and would only end in infinity."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field

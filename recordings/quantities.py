@@ -5,8 +5,6 @@ the devices' descriptions, the bench's transducers, identification and the pictu
 entry point of the group ``twin.quantities`` in an installed package, a :class:`Quantity`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache

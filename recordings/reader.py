@@ -1,7 +1,5 @@
 """Reading a run: strict about the contract, checksums on, within limits."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import BinaryIO
 

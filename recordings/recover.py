@@ -1,11 +1,8 @@
 """Everything that a cut or damaged recording still holds, as a sound file."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import BinaryIO
 
@@ -16,7 +13,7 @@ from recordings.check import CheckReport, check_run
 from recordings.container.collect import Collector
 from recordings.container.interpret import AttachmentItem, Interpreter, MessageItem, MetadataItem
 from recordings.container.messages import decode_block, decode_event, decode_step, encode_event
-from recordings.container.metadata import RUN
+from recordings.container.metadata import RUN, run_record
 from recordings.container.schema import EVENT, SAMPLE_BLOCK, STEP, message_class, schema_data
 from recordings.container.stored import BlockStore
 from recordings.errors import InputError
@@ -190,12 +187,9 @@ class _Salvage:
 
     def _invent_run_record(self) -> None:
         """What the contract asks for where the file's own record is gone; marked as invented."""
-        started = datetime.fromtimestamp(self._first_ns * 1e-9 if self.kept else 0, UTC)
-        record = {"format": "1", "source": "measured", "rig": "", "procedure": ""}
-        record["started"] = started.isoformat(timespec="milliseconds").replace("+00:00", "Z")
-        record["recovered"] = "the run record was lost: source, rig and procedure are not known"
-        self._writer.add_metadata(RUN, record)
-        self.notes.append("the run record was lost: source, rig and procedure are not known")
+        note = "the run record was lost: source, rig and procedure are not known"
+        self._writer.add_metadata(RUN, run_record(self._first_ns if self.kept else 0, recovered=note))
+        self.notes.append(note)
 
     def _tell(self) -> None:
         """The event that says what happened to the file."""

@@ -5,8 +5,6 @@ A :class:`SampleSource` stands behind a virtual instrument (the bench, a recorde
 :class:`Acquisition` stands before a procedure (host drivers on a wire, or a source used directly in a rehearsal).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol

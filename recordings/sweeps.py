@@ -1,7 +1,5 @@
 """A run's steps as sweeps: which stretch of time belongs to which step."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -10,29 +8,20 @@ from recordings.run import Run, Step, StepState
 
 @dataclass(frozen=True, kw_only=True)
 class Stretch:
-    """The time in which one step was measured: from `start_ns` to before `stop_ns`.
-
-    Parameters
-    ----------
-    step
-        The step's message with state MEASURING.
-    start_ns, stop_ns
-        From that message to the next one of any state, or to the end of the samples.
-    settle_start_ns
-        Where the settling before it begins in the file, up to `start_ns`; None if the run does not tell.
-    wait_s
-        How long was waited for settling; None if the run does not tell, which is also so for a run that stored only
-        settled stretches (``stored`` = ``settled``): what the file holds before `start_ns` is not the wait then.
-    ended_by
-        State of the message that ended it; None if the samples ended first (a file that was cut, a test broken off).
-    """
+    """The time in which one step was measured: from `start_ns` to before `stop_ns`."""
 
     step: Step
+    """The step's message with state MEASURING."""
     start_ns: int
     stop_ns: int
+    """From that message to the next one of any state, or to the end of the samples."""
     settle_start_ns: int | None
+    """Where the settling before it begins in the file, up to `start_ns`; None if the run does not tell."""
     wait_s: float | None
+    """How long was waited for settling; None if the run does not tell, which is also so for a run that stored only
+    settled stretches (``stored`` = ``settled``): what the file holds before `start_ns` is not the wait then."""
     ended_by: StepState | None
+    """State of the message that ended it; None if the samples ended first (a file that was cut, a test broken off)."""
 
 
 @dataclass(frozen=True, kw_only=True)

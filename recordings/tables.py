@@ -1,7 +1,5 @@
 """Tables of measured sweeps and of natural frequencies in CSV, checked line by line."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,34 +16,23 @@ RESPONSES = {one.column: one.name for one in QUANTITIES if one.column}
 
 @dataclass(frozen=True, kw_only=True)
 class SweepTable:
-    """Stepped-sine sweeps as amplitudes, one row a step, in the order of the file.
-
-    Parameters
-    ----------
-    path
-        Where it was read.
-    quantity
-        What `response` is.
-    level
-        Which sweep a row belongs to: rows of one level are one sweep.
-    frequency_Hz
-        Excitation frequency, above zero.
-    force_N, response
-        Peak values of force and of response (m/s^2, m/s or m), not negative.
-    phase_rad
-        Of the response against the force; NaN where the table has none.
-    line
-        Line of the file that a row stands on, for messages.
-    """
+    """Stepped-sine sweeps as amplitudes, one row a step, in the order of the file."""
 
     path: str
+    """Where it was read."""
     quantity: str
+    """What `response` is."""
     level: NDArray[np.float64]
+    """Which sweep a row belongs to: rows of one level are one sweep."""
     frequency_Hz: NDArray[np.float64]
+    """Excitation frequency, above zero."""
     force_N: NDArray[np.float64]
     response: NDArray[np.float64]
+    """Peak values of force and of response (m/s^2, m/s or m), not negative."""
     phase_rad: NDArray[np.float64]
+    """Of the response against the force; NaN where the table has none."""
     line: NDArray[np.int64]
+    """Line of the file that a row stands on, for messages."""
 
     def __len__(self) -> int:
         return len(self.level)

@@ -1,7 +1,5 @@
 """Which of pydantic's complaints about a TOML table comes first, and the field that a misspelt one is nearest to."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, get_args

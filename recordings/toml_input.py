@@ -1,7 +1,5 @@
 """Reading TOML from people: limited before it is parsed, validated field by field, errors in one line."""
 
-from __future__ import annotations
-
 import codecs
 import re
 import tomllib
@@ -71,14 +69,7 @@ def shipped_or_file(name_or_path: str | Path, shipped: Mapping[str, Path], what:
 
 
 def read_toml(path: str | Path, model: type[Model]) -> Model:
-    """Read and validate a TOML file.
-
-    Parameters
-    ----------
-    path
-        The file.
-    model
-        The pydantic model it must satisfy.
+    """Read a TOML file, and validate it by a pydantic model.
 
     Raises
     ------

@@ -1,7 +1,5 @@
 """Where numbers came to no answer: the run, the channel and the stage, told in one line instead of a stack trace."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Writing a run to MCAP while it happens, so that a killed program loses at most half a second."""
 
-from __future__ import annotations
-
 import atexit
 import threading
 import time

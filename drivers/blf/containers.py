@@ -4,8 +4,6 @@ python-can trusts the sizes in a file: an object of size zero would keep it busy
 unpack to gigabytes.  Layout as in python-can's own reader, after Lorenz' description of the format.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from pathlib import Path

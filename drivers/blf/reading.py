@@ -4,8 +4,6 @@ Sample frames are taken apart with the layouts of :mod:`drivers.can_protocol`, w
 database: cantools, its oracle, is an order of magnitude slower.
 """
 
-from __future__ import annotations
-
 import io
 import struct
 from collections import Counter

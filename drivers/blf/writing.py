@@ -3,8 +3,6 @@
 Each device becomes a node on a bus of its own, or several where it has more channels than a node.
 """
 
-from __future__ import annotations
-
 import heapq
 import struct
 from collections.abc import Iterator, Sequence

@@ -27,11 +27,6 @@ CLOCK_OFFSET_S, CLOCK_DRIFT_PPM = 1e-3, 1.0
 """From here on a recording says by how much a device's clock was wrong, although its times are corrected."""
 
 
-def choose_block_length(sample_rate_Hz: float) -> int:
-    """About four blocks a second, and whole CAN frames: 30 times a power of two."""
-    return int(30 * 2 ** min(8, max(0, round(math.log2(max(1.0, sample_rate_Hz / 4 / 30))))))
-
-
 def open_instruments(source: Instruments | str | Path) -> RigAcquisition:
     """Connect to every device of an instruments file.
 
@@ -123,7 +118,8 @@ class RigAcquisition:
 
     def start(self) -> None:
         """Start streaming, the generator's device last: it triggers the others."""
-        self._block_length = choose_block_length(self._rate_Hz)
+        # About four blocks a second, and whole CAN frames: 30 times a power of two.
+        self._block_length = int(30 * 2 ** min(8, max(0, round(math.log2(max(1.0, self._rate_Hz / 4 / 30))))))
         self._consumed = 0
         self._acknowledged = 0
         self._lost.clear()

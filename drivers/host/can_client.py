@@ -1,7 +1,5 @@
 """Host side of the acquisition node on CAN FD or classic CAN, over any interface of python-can."""
 
-from __future__ import annotations
-
 import contextlib
 import struct
 import threading

@@ -1,7 +1,5 @@
 """What an instrument says of itself and its channels, as a host reads it."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Device clocks brought to one time base by pulses that every device stamps with its own clock."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 
 import numpy as np

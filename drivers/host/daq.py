@@ -1,7 +1,5 @@
 """Host side of the acquisition-and-generator instrument, over a serial port or TCP."""
 
-from __future__ import annotations
-
 import contextlib
 import queue
 import re

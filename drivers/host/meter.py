@@ -1,7 +1,5 @@
 """Host side of a slow meter: asked now and then, in a thread of its own, so that it holds nobody up."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Mapping, Sequence
 

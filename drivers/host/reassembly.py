@@ -1,7 +1,5 @@
 """From pieces that arrive, late, twice or never, to contiguous samples and an account of what was lost."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

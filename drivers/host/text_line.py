@@ -1,7 +1,5 @@
 """Questions and answers in plain text over a line."""
 
-from __future__ import annotations
-
 import time
 
 from drivers.host.transport import Transport

@@ -1,7 +1,5 @@
 """Bytes to and from an instrument: a serial port or a TCP socket, read in chunks as large as they come."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import select

@@ -1,7 +1,5 @@
 """What the samples of a channel tell about its sensor: stuck on a value, beyond the converter's limit."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -8,22 +8,7 @@ from drivers.scpi.status import MEASURING, SAMPLES_LOST, StatusGroup
 from drivers.scpi.values import Boolean, Choice, Integer, Number, definite_block, quoted
 
 __all__ = [
-    "MEASURING",
-    "SAMPLES_LOST",
-    "Boolean",
-    "Choice",
-    "Command",
-    "CommandTable",
-    "Deferred",
-    "ErrorQueue",
-    "Instrument",
-    "Integer",
-    "Interpreter",
-    "Number",
-    "Registers",
-    "ScpiError",
-    "StatusGroup",
-    "command",
-    "definite_block",
-    "quoted",
-]
+    "MEASURING", "SAMPLES_LOST", "Boolean", "Choice", "Command", "CommandTable", "Deferred", "ErrorQueue",
+    "Instrument", "Integer", "Interpreter", "Number", "Registers", "ScpiError", "StatusGroup", "command",
+    "definite_block", "quoted",
+]  # fmt: skip

@@ -5,8 +5,6 @@ left out), ``CHANnel#:DESCription?`` (a number belongs at ``#``; 1 if left out),
 can be set also takes MINimum or MAXimum, and gives the limit.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace

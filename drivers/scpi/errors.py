@@ -1,7 +1,5 @@
 """SCPI errors with their standard numbers, and the queue they wait in."""
 
-from __future__ import annotations
-
 from collections import deque
 
 STANDARD_MESSAGES = {

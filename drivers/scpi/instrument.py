@@ -1,7 +1,5 @@
 """An SCPI instrument: the IEEE 488.2 common commands, the status registers, and the interpreter of its messages."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 

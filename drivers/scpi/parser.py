@@ -1,7 +1,5 @@
 """The parser of SCPI: a program message to its units, compound headers, queries, strings (IEEE 488.2, chapter 7)."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

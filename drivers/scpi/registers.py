@@ -1,7 +1,5 @@
 """What an instrument keeps for one client: its errors, the events it has not read yet, what it wants to be told."""
 
-from __future__ import annotations
-
 from drivers.scpi.errors import ErrorQueue, ScpiError
 from drivers.scpi.status import StatusGroup
 

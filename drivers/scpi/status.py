@@ -4,8 +4,6 @@ Each has a condition register, which is the present, an event register, which ke
 read, and an enable register, which says which events show in the status byte (SCPI 1999, volume 1, chapter 9).
 """
 
-from __future__ import annotations
-
 MEASURING = 1 << 4
 SAMPLES_LOST = 1 << 9
 """The first of the questionable group's bits that are left to the instrument."""

@@ -1,7 +1,5 @@
 """Parameters of SCPI commands: numbers with units, words, switches; and how results are written."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass

@@ -12,21 +12,7 @@ from drivers.virtual.recorded import RecordedMeter, RecordedSource
 from drivers.virtual.server import serve
 
 __all__ = [
-    "AcquisitionInstrument",
-    "Addresses",
-    "Backing",
-    "CanNode",
-    "FaultPlan",
-    "Meter",
-    "Port",
-    "Protection",
-    "PtyPort",
-    "RecordedMeter",
-    "RecordedSource",
-    "SampleFeed",
-    "SerialPort",
-    "TcpPort",
-    "VirtualRig",
-    "parse_fault",
-    "serve",
-]
+    "AcquisitionInstrument", "Addresses", "Backing", "CanNode", "FaultPlan", "Meter", "Port", "Protection",
+    "PtyPort", "RecordedMeter", "RecordedSource", "SampleFeed", "SerialPort", "TcpPort", "VirtualRig",
+    "parse_fault", "serve",
+]  # fmt: skip

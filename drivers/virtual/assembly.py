@@ -1,7 +1,5 @@
 """A source of samples and some addresses become the virtual instruments of a rig."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

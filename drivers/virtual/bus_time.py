@@ -1,7 +1,5 @@
 """How long a frame occupies a CAN bus: no software bus enforces it, so the node does, or a rehearsal would lie."""
 
-from __future__ import annotations
-
 import time
 
 STUFFING = 1.1

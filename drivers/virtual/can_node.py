@@ -1,7 +1,5 @@
 """The acquisition node on CAN FD or classic CAN: int16 samples, time sync, heartbeat, status, commands."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import struct

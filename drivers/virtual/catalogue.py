@@ -1,7 +1,5 @@
 """An instrument tells what its channels measure."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from drivers.scpi import ScpiError, command

@@ -5,8 +5,6 @@ Others may ask, and are refused with -203 if they want to change something.  Whe
 goes to zero at once; a stream that was cut waits for its client to come back, for as long as the watchdog allows.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """An instrument behind ports: its conversations, and what the serving loop asks of it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from drivers.virtual.faults import LinkFaults

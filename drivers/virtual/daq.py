@@ -1,7 +1,5 @@
 """The acquisition-and-generator instrument: SCPI for control, frames for samples."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

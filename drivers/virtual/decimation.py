@@ -1,7 +1,5 @@
 """Fewer samples a second for a slow bus: low-pass and every n-th sample, without a shift in time."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Fault confinement of a CAN controller (ISO 11898-1): who disturbs the bus too often must leave it."""
 
-from __future__ import annotations
-
 import time
 from enum import IntEnum
 

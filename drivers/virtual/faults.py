@@ -24,8 +24,6 @@ clock       device, ppm, offset_s                        the CAN node's clock is
 =========== ============================================ ==========================================================
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections import Counter

@@ -4,8 +4,6 @@ The instruments share the converter's clock, a trigger line (a start on one star
 line (a pulse every 100 ms, which every instrument stamps with its own clock so that a host can align them).
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace

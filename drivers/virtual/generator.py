@@ -1,7 +1,5 @@
 """The generator's half of the instrument: what it puts out, set by SCPI."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from drivers.scpi import Boolean, Choice, Instrument, Integer, Number, ScpiError, command

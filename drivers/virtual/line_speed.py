@@ -1,7 +1,5 @@
 """A pseudo-terminal that behaves like a wire: so many bytes a second, and rubbish at the wrong baud rate."""
 
-from __future__ import annotations
-
 import termios
 import time
 

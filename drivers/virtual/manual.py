@@ -1,7 +1,5 @@
 """The instruments' manual in Markdown, made of what the code itself goes by: command tables, frames, CAN database."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from inspect import cleandoc
 

@@ -1,7 +1,5 @@
 """The slow meter of preload and temperature: plain SCPI, a new value of each channel every 100 ms of the rig's time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

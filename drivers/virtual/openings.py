@@ -1,7 +1,5 @@
 """Who opens and closes a terminal, by inotify: a client that goes and another that comes at once are two."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import struct

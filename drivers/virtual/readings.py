@@ -1,7 +1,5 @@
 """The plain half of the instrument's acquisition: READ? and FETCh?, one definite-length block an answer."""
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A recorded run as a source of samples and of a meter's values: what was measured comes again, bit for bit."""
 
-from __future__ import annotations
-
 import re
 from bisect import bisect_right
 from collections.abc import Sequence

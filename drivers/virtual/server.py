@@ -1,7 +1,5 @@
 """The pacing loop: one thread advances one source and serves all instruments of a rig."""
 
-from __future__ import annotations
-
 import select
 import time
 from collections.abc import Callable, Sequence

@@ -16,8 +16,6 @@ Frames from the bus come in the same notation.  With a rate that is not the bus'
 a data rate that was never set follows the bus.
 """
 
-from __future__ import annotations
-
 import re
 from collections import deque
 

@@ -1,7 +1,5 @@
 """A source whose samples can be computed again from their numbers: what a wire did to them is seen exactly."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Blocks of one device put together: order, duplicates, losses and restarts made explicit."""
 
-from __future__ import annotations
-
 from array import array
 from bisect import bisect_right
 from collections import Counter

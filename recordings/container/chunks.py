@@ -1,7 +1,5 @@
 """What a chunk holds: decompressed within limits, its checksum, and the records in it."""
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Gathering the items of one file, and what must agree between them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from recordings.container.assemble import Assembler

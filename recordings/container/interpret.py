@@ -3,8 +3,6 @@
 The strict reader lets the first report raise; checking and recovering collect them and go on.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

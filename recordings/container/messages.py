@@ -3,8 +3,6 @@
 Samples are packed by numpy, which writes the same bytes as protobuf several times faster (a test holds them equal).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from functools import lru_cache

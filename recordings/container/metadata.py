@@ -1,10 +1,8 @@
 """The metadata records of a run: ``run`` and ``channel/<name>``, strings to strings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
-from datetime import datetime
+from datetime import UTC, datetime, timedelta
 
 from recordings.directions import direction_name, unit_vector
 from recordings.quantities import quantity
@@ -15,6 +13,15 @@ FORMAT = "1"
 _SOURCES = ("measured", "simulated", "replayed")
 _STORED = ("all", "settled")
 _REQUIRED = ("format", "source", "rig", "procedure", "started")
+
+
+def run_record(start_ns: int, **more: str) -> dict[str, str]:
+    """The ``run`` record of what was measured from a time on; a key of `more` stands in place of the usual."""
+    started = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(microseconds=start_ns // 1000)
+    return {
+        "format": FORMAT, "source": "measured", "stored": "all", "rig": "", "procedure": "",
+        "started": started.isoformat(timespec="milliseconds").replace("+00:00", "Z"), **more,
+    }  # fmt: skip
 
 
 def parse_run(record: Mapping[str, str]) -> dict[str, str]:

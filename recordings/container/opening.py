@@ -1,7 +1,5 @@
 """A recording's file: a new name is there once its beginning is whole, an old one is replaced when all is."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 from pathlib import Path

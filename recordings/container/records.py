@@ -1,7 +1,5 @@
 """One MCAP record at a place in a file, within limits; its fields are parsed by the library."""
 
-from __future__ import annotations
-
 import struct
 from dataclasses import dataclass
 from io import BytesIO

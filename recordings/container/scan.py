@@ -3,8 +3,6 @@
 The library's reader trusts lengths and stops at the first damage; a stranger's or a damaged file needs more care.
 """
 
-from __future__ import annotations
-
 import re
 import struct
 import zlib

@@ -4,8 +4,6 @@ The data of an MCAP schema is a ``FileDescriptorSet`` with ``google/protobuf/tim
 so any program that knows protobuf can decode the messages without this project.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any
 

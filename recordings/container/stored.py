@@ -118,27 +118,19 @@ class BlockStore:
 
 @dataclass(frozen=True, kw_only=True)
 class Blocks:
-    """Where the samples of one device are: arrays (b,) of its blocks in order, none overlapping.
-
-    Parameters
-    ----------
-    start, length
-        Position of a block's first sample, and how many there are.
-    chunk, position, begin
-        Where the block was found, and which of its samples is the first.
-    total
-        Positions, with those of lost samples.
-    load
-        Gives a block again.
-    """
+    """Where the samples of one device are: arrays (b,) of its blocks in order, none overlapping."""
 
     start: NDArray[np.int64]
     length: NDArray[np.int64]
+    """Position of a block's first sample, and how many there are."""
     chunk: NDArray[np.int64]
     position: NDArray[np.int64]
     begin: NDArray[np.int64]
+    """Where the block was found, and which of its samples is the first."""
     total: int
+    """Positions, with those of lost samples."""
     load: Loader
+    """Gives a block again."""
 
     def cut(self, channel: str, start: int, stop: int) -> NDArray[np.float32]:
         """Samples of a channel at positions `start` to before `stop`; lost ones are NaN."""

@@ -1,7 +1,5 @@
 """Ctrl-C and SIGTERM wait until a record is whole: half of one would spoil the file for those that follow."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from types import FrameType, TracebackType

@@ -1,7 +1,5 @@
 """Samples in memory to blocks and back, for formats that keep arrays instead of blocks."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 import numpy as np

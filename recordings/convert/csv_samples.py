@@ -6,8 +6,6 @@ order.  A sample that was lost has no row: its number is missing.  Values are th
 same float32 again; a channel that a device did not send at that time is empty.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 import math

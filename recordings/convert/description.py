@@ -1,7 +1,5 @@
 """Everything of a run but its samples as plain data for JSON, for formats that have a place for text."""
 
-from __future__ import annotations
-
 import base64
 import binascii
 from collections.abc import Mapping

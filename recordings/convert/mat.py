@@ -5,8 +5,6 @@
 ``time_ns_k`` (int64 columns) the number and the time of each row.  Samples that were lost have no row.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """A run in memory to MCAP."""
 
-from __future__ import annotations
-
 import heapq
 from collections.abc import Iterator
 from pathlib import Path

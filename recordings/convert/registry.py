@@ -1,7 +1,5 @@
 """Which formats there are, and the way from one to another."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,25 +16,17 @@ from recordings.whole import refuse_existing, whole_file
 
 @dataclass(frozen=True, kw_only=True)
 class Format:
-    """A file format, known by its suffix.
-
-    Parameters
-    ----------
-    suffix
-        With its dot, in lower case.
-    name
-        For people.
-    read
-        Gives the run that a file holds; raises InputError.  None if the format is only written.
-    write
-        Writes a run to a path that does not exist and returns what it could not carry over, as sentences for people.
-        None if the format is only read.
-    """
+    """A file format, known by its suffix."""
 
     suffix: str
+    """With its dot, in lower case."""
     name: str
+    """For people."""
     read: Callable[[Path], Run] | None
+    """Gives the run that a file holds; raises InputError.  None if the format is only written."""
     write: Callable[[Run, Path], list[str]] | None
+    """Writes a run to a path that does not exist and returns what it could not carry over, as sentences for people.
+    None if the format is only read."""
 
 
 FORMATS = (

@@ -4,8 +4,6 @@ SDyPy Enhancement Proposal 5 (https://github.com/sdypy/sdypy/blob/main/docs/seps
 channel: ``data``, ``name``, ``unit_str``, and ``fs`` or ``time``; it allows more keys.  ``quantity`` is f, a, v or d.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any
@@ -13,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.container.metadata import parse_channel
+from recordings.container.metadata import parse_channel, run_record
 from recordings.convert.blocks import device_from_rows, to_float32
 from recordings.errors import InputError, blamed_on
 from recordings.quantities import known_quantities, quantity_of_unit
@@ -29,8 +27,6 @@ def to_sep005(run: Run, *, start_ns: int | None = None, stop_ns: int | None = No
 
     Parameters
     ----------
-    run
-        A recorded run.
     start_ns, stop_ns
         Only what was sampled from here to before there, such as the bounds of a :class:`recordings.Stretch`; all if
         left out.
@@ -109,12 +105,7 @@ def from_sep005(timeseries: Mapping[str, Any] | Sequence[Mapping[str, Any]], *, 
         raise InputError(source, "", "holds no channel")
     devices = {name: device for name, parts in groups.items() if (device := _device(source, name, parts)) is not None}
     start_ns = min(series.start_ns for parts in groups.values() for series in parts)
-    started = (_EPOCH + timedelta(microseconds=start_ns // 1000)).isoformat(timespec="milliseconds")
-    info = {
-        "format": "1", "source": "measured", "stored": "all", "rig": "", "procedure": "",
-        "started": started.replace("+00:00", "Z"),
-    }  # fmt: skip
-    return Run(path=source, info=info, channels=channels, devices=devices, steps=(), events=())
+    return Run(path=source, info=run_record(start_ns), channels=channels, devices=devices, steps=(), events=())
 
 
 def _letter(name: str) -> str | None:

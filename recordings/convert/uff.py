@@ -5,14 +5,11 @@ cannot hold exactly stands in its five text lines as ``key=value`` pairs.  Data 
 hold (spectra, sound pressure, geometry) are kept as attachments ``uff/<number>.uff`` and written back from there.
 """
 
-from __future__ import annotations
-
 import re
 import warnings
 from collections import defaultdict
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +18,7 @@ import pyuff
 from numpy.typing import NDArray
 
 from recordings.beside import temporary_folder
+from recordings.container.metadata import run_record
 from recordings.convert.blocks import TIME_STEP_NS, blocks_of, device_from_rows, to_float32
 from recordings.convert.uff_fields import channel_of, fields_of, quantity_of, start_ns_of, text_pairs
 from recordings.errors import InputError, blamed_on
@@ -129,19 +127,13 @@ def read_uff(path: Path) -> Run:
             events.append(Event(time_ns=0, source="convert", kind="not-converted", detail=detail))
         else:
             pieces.append(piece)
-            sources.add(_source(content))
+            sources.add(text_pairs(content).get("source", "measured"))
     channels = {piece.channel.name: piece.channel for piece in pieces}
     devices = _devices(path, pieces)
-    if channels:
-        start_ns = min(piece.start_ns for piece in pieces)
-        events = [replace(event, time_ns=start_ns) for event in events]
-    info = {
-        "format": "1", "source": sources.pop() if len(sources) == 1 else "measured", "stored": "all", "rig": "",
-        "procedure": f"universal file {path.name}", "started": "1970-01-01T00:00:00Z",
-    }  # fmt: skip
-    if pieces:
-        started = datetime.fromtimestamp(min(piece.start_ns for piece in pieces) * 1e-9, UTC)
-        info["started"] = started.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    start_ns = min((piece.start_ns for piece in pieces), default=0)
+    events = [replace(event, time_ns=start_ns) for event in events]
+    source = sources.pop() if len(sources) == 1 else "measured"
+    info = run_record(start_ns, source=source, procedure=f"universal file {path.name}")
     return Run(
         path=str(path), info=info, channels=channels, devices=devices, steps=(), events=tuple(events),
         attachments=attachments,
@@ -253,7 +245,3 @@ def _device(name: str, parts: list[_Piece]) -> DeviceSamples | None:
         steps = np.arange(len(part.values)) * (1e9 / part.sample_rate_Hz)
         time_ns[rows] = part.start_ns + np.rint(steps).astype(np.int64)
     return device_from_rows(name, parts[0].sample_rate_Hz, number, time_ns, values, {})
-
-
-def _source(fields: dict[str, Any]) -> str:
-    return text_pairs(fields).get("source", "measured")

@@ -1,7 +1,5 @@
 """Header fields of data set 58: a channel of a run to them and back."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from datetime import UTC, datetime
@@ -16,7 +14,7 @@ from recordings.run import Channel
 LINE_LENGTH = 80
 REACTION_FORCE = 9
 """Specific data type of a force that nobody applied."""
-_AXES = {sign * number: f"{'-' if sign < 0 else '+'}{axis}" for number, axis in enumerate("xyz", 1) for sign in (1, -1)}
+AXES = {sign * number: f"{'-' if sign < 0 else '+'}{axis}" for number, axis in enumerate("xyz", 1) for sign in (1, -1)}
 """Directions by the number that data set 58 gives them."""
 
 
@@ -63,7 +61,7 @@ def channel_of(fields: Mapping[str, Any], measured: str, name: str) -> Channel:
     pairs = text_pairs(fields)
     record = {
         "quantity": measured, "unit": quantity(measured).unit, "device": pairs.get("device", "uff"),
-        "direction": pairs.get("direction", _AXES.get(int(fields["rsp_dir"]), "+y")),
+        "direction": pairs.get("direction", AXES.get(int(fields["rsp_dir"]), "+y")),
     }  # fmt: skip
     record |= {key: pairs[key] for key in ("position_m", "range") if key in pairs}
     return parse_channel(name, record)

@@ -1,7 +1,5 @@
 """CSV of any dialect: delimiter, decimal sign, encoding, head lines and a line of units are found in the text."""
 
-from __future__ import annotations
-
 import codecs
 import io
 import re

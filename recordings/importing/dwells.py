@@ -1,7 +1,5 @@
 """Steps of a stepped sine in the signals themselves: where a sine keeps its frequency and size, and is settled."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

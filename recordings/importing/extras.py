@@ -1,7 +1,5 @@
 """Packages that most people do not need, and are installed when they are asked for."""
 
-from __future__ import annotations
-
 import importlib
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Which reader a foreign file has, by its suffix, and the columns of several files with names of their own."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,14 +1,12 @@
 """Foreign files put together as one run: which column is the time, which are channels, in which unit."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 
+from recordings.container.metadata import run_record
 from recordings.convert.blocks import device_from_rows, to_float32
 from recordings.errors import InputError, blamed_on
 from recordings.importing.files import read_files
@@ -203,11 +201,7 @@ class _Reading:
             raise InputError(
                 self._source, "target", f"there is no channel {target!r:.60}", f"there are {', '.join(channels)}"
             )
-        started = datetime.fromtimestamp(min(int(each.block_time_ns[0]) for each in devices.values()) * 1e-9, UTC)
-        info = {
-            "format": "1", "source": "measured", "stored": "all", "rig": "", "procedure": "",
-            "started": started.isoformat(timespec="milliseconds").replace("+00:00", "Z"),
-        }  # fmt: skip
+        info = run_record(min(int(each.block_time_ns[0]) for each in devices.values()))
         for name in ("preload_N", "preload_Nm"):
             if (preload := getattr(mapping, name)) is not None:
                 info[name] = f"{preload:g}"

@@ -1,7 +1,5 @@
 """Columns' labels of other programs, such as ``Force [N]``, ``acc1_m_per_s2`` and ``Kraft / N``, taken apart."""
 
-from __future__ import annotations
-
 import re
 
 from recordings.quantities import quantity_of_unit

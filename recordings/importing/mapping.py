@@ -1,7 +1,5 @@
 """What a foreign file does not say of itself, in a small TOML file beside it."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """MATLAB files: each array is a column or several; a single number named as a sample rate is one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

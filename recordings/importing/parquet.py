@@ -1,7 +1,5 @@
 """Parquet tables, as pandas, polars and pyarrow write them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -5,8 +5,6 @@ straight line of time; where the line has a kink or a jump, a step ends.  The li
 best, one more only where it is worth it.
 """
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What a foreign file holds before anybody knows what it means: columns of numbers with what the file says of them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,30 +15,21 @@ MOST_COLUMNS = 1024
 
 @dataclass(frozen=True, kw_only=True)
 class Signal:
-    """One column.
-
-    Parameters
-    ----------
-    name
-        As the file has it, without the unit.
-    values : shape (n,)
-        Numbers, or times (datetime64).
-    table
-        Signals of one table were sampled together.
-    unit
-        As the file has it; empty if it does not say.
-    sample_rate_Hz, start_ns, position_m, direction
-        Where the file says them: rate, time of the first sample since 1970, and what a recording has of a channel.
-    """
+    """One column."""
 
     name: str
+    """As the file has it, without the unit."""
     values: NDArray[np.float64] | NDArray[np.datetime64]
+    """Numbers, or times, (n,)."""
     table: str
+    """Signals of one table were sampled together."""
     unit: str = ""
+    """As the file has it; empty if it does not say."""
     sample_rate_Hz: float | None = None
     start_ns: int | None = None
     position_m: float | None = None
     direction: str = "+y"
+    """Where the file says them: rate, time of the first sample since 1970, and what a recording has of a channel."""
 
 
 def check_size(path: Path, place: str, values: int, columns: int = 1) -> None:

@@ -1,7 +1,5 @@
 """WAV files: whole numbers become parts of full scale, -1 to 1; what that is in volts only a mapping can say."""
 
-from __future__ import annotations
-
 import warnings
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What a test did, from its signals: sweeps of steps as a recording says them, or one broadband stretch."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A column of times as a sample rate, a start, and the numbers of the samples that were taken."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

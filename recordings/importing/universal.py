@@ -1,7 +1,5 @@
 """Universal files of analysers: time histories of data set 58, as `recordings.convert` reads them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

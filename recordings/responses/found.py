@@ -1,7 +1,5 @@
 """What files hold of frequency responses, in SI units, whatever format they have."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Which files hold frequency responses, and how each is read."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

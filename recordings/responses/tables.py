@@ -1,7 +1,5 @@
 """Frequency responses as CSV, a line of a response on each row, and as NumPy archives, as sdypy has them."""
 
-from __future__ import annotations
-
 import zipfile
 from pathlib import Path
 from typing import Any

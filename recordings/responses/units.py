@@ -1,7 +1,5 @@
 """Units of frequency responses: a label or a type code for the response and for the force, to SI."""
 
-from __future__ import annotations
-
 from recordings.quantities import known_quantities, quantity, quantity_of_unit
 
 

@@ -1,7 +1,5 @@
 """Universal files: data set 58 (frequency responses and coherences), 55 (modes), 15 and 2411 (nodes), 164 (units)."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from recordings.convert.uff import load_sets
+from recordings.convert.uff_fields import AXES
 from recordings.errors import InputError
 from recordings.quantities import QUANTITIES
 from recordings.responses.found import End, FoundModes, FoundResponse, Responses, Vector, checked
@@ -21,7 +20,6 @@ COMPLEX = (5, 6)
 FORCES = (9, 13)
 """Specific data types of forces: reaction and excitation."""
 BLANK = ("", "none")
-AXES = {sign * number: f"{'-' if sign < 0 else '+'}{axis}" for number, axis in enumerate("xyz", 1) for sign in (1, -1)}
 NORMAL_MODE, COMPLEX_MODES = 2, (3, 7)
 """Analysis types of data set 55."""
 AVERAGES = re.compile(r"averages?\s*[=:]\s*(\d{1,7})", re.IGNORECASE)

@@ -114,10 +114,7 @@ class Bench:
     def set_output(self, excitation: Excitation) -> None:
         """Change the generator's output from the next sample on.
 
-        Raises
-        ------
-        ValueError
-            If frequency, amplitude or band make no sense.
+        ValueError if frequency, amplitude or band make no sense.
         """
         low, high = excitation.band_Hz
         if not np.isfinite(excitation.amplitude_V) or not np.isfinite(excitation.frequency_Hz):

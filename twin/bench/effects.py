@@ -23,11 +23,8 @@ PLACE = {name: p for name, p in inspect.signature(Plan.place).parameters.items()
 def apply_effects(plan: Plan, effects: Iterable[Effect]) -> None:
     """Let each effect alter the plan, in order.
 
-    Raises
-    ------
-    ValueError
-        If there is no such cause, it has other parameters, or the rig has nothing that they name; here, or when the
-        plan is built.
+    ValueError if there is no such cause, it has other parameters, or the rig has nothing that they name; here, or when
+    the plan is built.
     """
     for number, effect in enumerate(effects):
         changed: tuple[list[Callable[..., Any]], ...] = (plan.matrix_changes, plan.element_makers)

@@ -99,10 +99,7 @@ def law_from_table(table: LayerLawTable, *, E: float) -> JointLaw:
 def law_by_name(laws: NamedLaws, *, E: float, G: float) -> JointLaw:
     """The laws that a rig file names, as they act beyond the moduli at rest.
 
-    Raises
-    ------
-    ValueError
-        If they take more off a modulus than there is.
+    ValueError if they take more off a modulus than there is.
     """
     try:
         laws.check_moduli(E=E, G=G)

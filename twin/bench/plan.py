@@ -123,10 +123,7 @@ class Plan:
     def instrument(self, channel: str) -> InstrumentChannel:
         """The channel's signal path.
 
-        Raises
-        ------
-        ValueError
-            If the rig has no such channel.
+        ValueError if the rig has no such channel.
         """
         if channel not in self.instruments:
             raise ValueError(f"no channel {channel!r}; the rig has {', '.join(self.instruments)}")
@@ -140,10 +137,7 @@ class Plan:
     def joint(self, name: str = "") -> JointPlan:
         """The joint of that name, which may be left out where there is one.
 
-        Raises
-        ------
-        ValueError
-            If there is none of that name, or several and no name.
+        ValueError if there is none of that name, or several and no name.
         """
         found = [joint for joint in self.joints if name in ("", joint.name)]
         if len(found) != 1:
@@ -154,10 +148,7 @@ class Plan:
     def beam(self, name: str) -> BeamPart:
         """The beam of that name.
 
-        Raises
-        ------
-        ValueError
-            If the rig has no such beam.
+        ValueError if the rig has no such beam.
         """
         try:
             return self.layout.beam(name)
@@ -200,10 +191,7 @@ class Plan:
     def move_sensor(self, channel: str, offset_m: float) -> None:
         """Shift a sensor (or, for the force cell, the drive) along its beam.
 
-        Raises
-        ------
-        ValueError
-            If there is no such channel, or its sensor sits at a node.
+        ValueError if there is no such channel, or its sensor sits at a node.
         """
         self.instrument(channel)
         place = self.rig.place_of(channel)

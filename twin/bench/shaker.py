@@ -12,8 +12,6 @@ of one coordinate: the amplifier cuts its voltage off, asks for no more current 
 that holds the voltage gives way instead), and the armature runs into end stops.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

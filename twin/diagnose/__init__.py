@@ -1,7 +1,7 @@
 """Diagnosis: what the model gets wrong, by which cause, and what naming it gains."""
 
 from twin.diagnose.answer.result import Diagnosis, NamedCause
-from twin.diagnose.diagnose import diagnose, diagnose_data, recordings_data
+from twin.diagnose.diagnose import diagnose, diagnose_data
 from twin.diagnose.models import CAUSES
 from twin.diagnose.options import DiagnosisOptions
 from twin.diagnose.parallel_map import in_processes, usual_processes
@@ -9,5 +9,5 @@ from twin.diagnose.responses import responses_data
 
 __all__ = [
     "CAUSES", "Diagnosis", "DiagnosisOptions", "NamedCause", "diagnose", "diagnose_data", "in_processes",
-    "recordings_data", "responses_data", "usual_processes",
+    "responses_data", "usual_processes",
 ]  # fmt: skip

@@ -73,6 +73,7 @@ def diagnose(
     *,
     preload: str | None = None,
     held_out: Sequence[Run] = (),
+    source: str = "rig",
     out: Path | None = None,
     options: DiagnosisOptions | None = None,
     report: Report = lambda text: None,
@@ -80,7 +81,7 @@ def diagnose(
     """Say what a rig's model gets wrong about recordings: :func:`recordings_data`, then :func:`diagnose_data`."""
     asked = options or DiagnosisOptions()
     with asked.in_effect():
-        data = recordings_data(runs, rig, preload=preload, held_out=held_out, report=report)
+        data = recordings_data(runs, rig, preload=preload, held_out=held_out, source=source, report=report)
         return diagnose_data(data, out=out, options=asked, report=report)
 
 

@@ -24,10 +24,8 @@ def acting_effects(
 
     Effects without a forward model, see :func:`left_out_effects`, change nothing and are left out.
 
-    Raises
-    ------
-    InputError
-        If an effect lacks a parameter, has one that its cause does not know, or names what the rig does not have.
+    InputError if an effect lacks a parameter, has one that its cause does not know, or names what the rig does not
+    have.
     """
     acting = []
     for number, effect in enumerate(effects):
@@ -64,10 +62,7 @@ def with_effects(evidence: Data, *, source: str = "rig") -> Data:
     Broadband runs are binned anew: what they were binned against lacks the effects.  A fit of the linear parameters
     that lacked them is left out.
 
-    Raises
-    ------
-    InputError
-        As :func:`acting_effects`.
+    InputError as :func:`acting_effects`.
     """
     effects = acting_effects(evidence, evidence.rig.effect, source=source)
     if not effects:

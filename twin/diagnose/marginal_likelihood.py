@@ -4,8 +4,6 @@ It is Laplace's: a Gaussian integral over all parameters about the fit, of the l
 covariance.  So no other size of the errors needs another fit.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ The model error is where the marginal likelihood is largest, with what sound rig
 likelihood).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -61,11 +61,11 @@ def usual_processes() -> int:
 
 @contextmanager
 def in_processes(number: int) -> Iterator[None]:
-    """Within this context, let :func:`parallel_map` use `number` processes, this one among them.
+    """Within this context, let :func:`parallel_map` use `number` processes, this one among them, or those it has.
 
     They are spawned: a program that is run as a script must guard its main part by ``if __name__ == "__main__"``.
     """
-    if number < 2:
+    if number < 2 or _team.get() is not None:
         yield
         return
     with spawned_processes(number - 1) as pool:

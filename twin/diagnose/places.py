@@ -123,10 +123,7 @@ def told_place(
 def from_told_place(evidence: MeasuredData, label: Mapping[str, str], values: Values) -> dict[str, float]:
     """Return the inverse of :func:`told_place`.
 
-    Raises
-    ------
-    ValueError
-        If the part has no such node.
+    ValueError if the part has no such node.
     """
     field = node_field(evidence, label)
     if field is None or "node" not in values:

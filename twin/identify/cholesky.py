@@ -23,10 +23,7 @@ class Cholesky:
     def of(cls, matrix: Array) -> Cholesky:
         """From a symmetric matrix (n, n).
 
-        Raises
-        ------
-        LinAlgError
-            If it is not positive definite.
+        LinAlgError if it is not positive definite.
         """
         return cls(cho_factor(matrix, lower=True, check_finite=False)[0])
 

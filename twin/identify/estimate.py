@@ -17,8 +17,9 @@ class Estimate:
         return Estimate(factor * self.value, factor * self.std)
 
     def __format__(self, spec: str) -> str:
-        """As :meth:`__str__`; ``+`` shows a positive value's sign, too."""
-        return ("+" if spec == "+" and self.value >= 0 else "") + str(self)
+        """As :meth:`__str__`, as wide as `spec` says for texts; a ``+`` before that shows a positive value's sign."""
+        of_text = spec.removeprefix("+")
+        return format(("+" if spec != of_text and self.value >= 0 else "") + str(self), of_text)
 
     def __str__(self) -> str:
         """The value to the digits that its deviation supports: one of that, or two where it begins with a 1."""

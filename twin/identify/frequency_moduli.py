@@ -99,10 +99,7 @@ class FrequencyModuli:
 def moduli_data(table: FrequencyTable, rig: Rig, *, source: str, preload: str | None) -> MeasuredFrequencies:
     """The evidence of a table of one state from which moduli are identified; `source` names the rig in errors.
 
-    Raises
-    ------
-    InputError
-        If the table has fewer than two frequencies, several preloads, or another one, or the rig has no modulus.
+    InputError if the table has fewer than two frequencies, several preloads, or another one, or the rig has no modulus.
     """
     path, states = table.path, dict.fromkeys(table.preload)
     if len(table) < 2:

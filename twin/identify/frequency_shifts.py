@@ -1,7 +1,5 @@
 """How far all natural frequencies of a broadband run or of a sweep lie off, as a room's temperature has it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -72,10 +72,7 @@ class FrictionIdentification:
 def read_damper_json(path: Path) -> Loop:
     """A loop of the ARTS laboratory's friction damper: rows of time, inches, kip, ..., at `sampling freq`.
 
-    Raises
-    ------
-    InputError
-        If the file is not such a table.
+    InputError if the file is not such a table.
     """
     try:
         if path.stat().st_size > SIZE_LIMIT_BYTES:

@@ -20,10 +20,7 @@ def read_loop(path: Path) -> Loop:
     A CSV file has the columns ``time_s`` in equal steps, ``displacement_m`` (or ``displacement_inch``) and ``force_N``
     (or ``friction_kip``); other columns are ignored.  A JSON file is one of the ARTS laboratory's.
 
-    Raises
-    ------
-    InputError
-        If the file is neither.
+    InputError if the file is neither.
     """
     if path.suffix.lower() == ".json":
         return read_damper_json(path)

@@ -266,10 +266,8 @@ def gather_data(
 def response_outputs(runs: Sequence[Run], rig: Rig) -> tuple[Output, ...]:
     """The rig's response channels that all recordings have, as the first one says of their quantity and direction.
 
-    Raises
-    ------
-    InputError
-        If the recordings lack the rig's force channel, share no response channel with the rig, or one lies across it.
+    InputError if the recordings lack the rig's force channel, share no response channel with the rig, or one lies
+    across it.
     """
     first, force = runs[0], rig.force_sensor.channel
     present = set.intersection(*(set(run.channels) for run in runs))
@@ -300,10 +298,7 @@ def reference_output(model: LinearModel) -> int:
 def common_preload(runs: Sequence[Run], rig: Rig) -> str:
     """The rig's preload that the recordings were made at; its first where they do not say.
 
-    Raises
-    ------
-    InputError
-        If they were made at different ones.
+    InputError if they were made at different ones.
     """
     found = {nearest_preload(rig, run.info)[0]: run.path for run in runs if recorded_preload(run.info)}
     if len(found) > 1:

@@ -28,10 +28,7 @@ def drive_of(run: Run, rig: Rig) -> str:
 
     Where neither tells, it is the first.
 
-    Raises
-    ------
-    InputError
-        If it names one that is none of the rig's.
+    InputError if it names one that is none of the rig's.
     """
     cells = rig.force_cells
     if len(cells) < 2:
@@ -90,10 +87,7 @@ def in_directions_of(run: Run, first: Run, rig: Rig) -> Run:
 
     A model's even harmonics know up from down, so the force must; a response turns with its sensor.
 
-    Raises
-    ------
-    InputError
-        If the force or a response lies across what the rig, or the first run, says of its direction.
+    InputError if the force or a response lies across what the rig, or the first run, says of its direction.
     """
     turned = [channel.name for channel in run.channels.values() if _against(channel, run, first, rig)]
     if not turned:

@@ -30,10 +30,6 @@ class Curve:
         inside = np.clip(amplitude, self.knots[0], self.knots[-1])
         return np.where(inside == amplitude, self._cubics[1](inside), 0.0)
 
-    def by_log(self, amplitude: Array) -> Array:
-        """Derivatives by the logarithm of amplitude."""
-        return self.slope(amplitude) * amplitude
-
     @cached_property
     def _cubics(self) -> tuple[PchipInterpolator, PchipInterpolator]:
         cubics = PchipInterpolator(self.knots, self.values)

@@ -259,7 +259,8 @@ class LabRig(Shown):
         InputError
             If the runs cannot be read, do not fit the rig, or are recordings and tables at once.
         """
-        from twin.diagnose import DiagnosisOptions, diagnose_data, recordings_data, responses_data
+        from twin.diagnose import DiagnosisOptions, diagnose, diagnose_data, responses_data
+        from twin.lab.diagnosed import DiagnosedRecordings
 
         asked, stages = options or DiagnosisOptions(), Stages(report)
         folder = None if out is None else Path(out)
@@ -273,8 +274,6 @@ class LabRig(Shown):
                 raise InputError("--held-out", "", reason, "give them with the others, or by themselves")
             if asked.exclude:
                 raise InputError("--exclude", "", "the next test is planned from recordings alone", "leave it out")
-            from twin.lab.diagnosed import DiagnosedRecordings
-
             stages("reading the frequency responses")
             with told_in_one_line(paths[0], stages), asked.in_effect():
                 data = responses_data(
@@ -298,17 +297,15 @@ class LabRig(Shown):
                 )  # fmt: skip
         rig = self._structure()
         named = one_preload(preloads, rig)
-        from twin.lab.diagnosed import DiagnosedRecordings
-
         stages("reading, and a first look")
         with asked.in_effect():
             looked = self.check(learnt, held_out=kept, preload=named).passed()
             blamed = looked.runs[0].path if looked.runs else self.source
             with told_in_one_line(blamed, stages):
-                data = recordings_data(
-                    looked.runs, rig, preload=named, held_out=looked.held_out, source=self.source, report=stages
-                )
-                result = diagnose_data(data, out=folder, options=asked, report=stages)
+                result = diagnose(
+                    looked.runs, rig, preload=named, held_out=looked.held_out, source=self.source, out=folder,
+                    options=asked, report=stages,
+                )  # fmt: skip
         return DiagnosedRecordings(result, looked.findings)
 
     def predict(

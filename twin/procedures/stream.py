@@ -95,13 +95,13 @@ class Stream:
             return time_ns
         return blocks[-1].time_at(sample_at(blocks[-1], time_ns))
 
-    def wait(self, until_ns: int, *, timeout_s: float = 2.0) -> None:
+    def wait(self, until_ns: int) -> None:
         """Read until every device has passed a time.
 
         TimeoutError if nothing comes, or one device stays behind the others; GuardTrip if a sample passes its limit.
         """
         while min(self._end_ns.values()) < until_ns:
-            for block in self._acquisition.read(timeout_s=timeout_s):
+            for block in self._acquisition.read():
                 self._take(block)
             for event in self._acquisition.take_events():
                 self._noted.add((event.kind, event.source))

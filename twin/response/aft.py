@@ -45,23 +45,6 @@ def aft_kernel(kind: int, p: Array) -> Any:
     )
 
 
-def alternate(kind: int, p: Array, row: int, c: Array, basis: Array, F: Array, J: Array) -> None:
-    """Force coefficients F, (n,), and Jacobian J, (n, n), of one element for coefficients c, (n,).
-
-    Parameters
-    ----------
-    kind, p, row
-        The law, as in :func:`twin.joint.kernel.evaluate`; the running loss has a function of its own.
-    c : ndarray, (n,)
-        Of the coordinate.
-    basis : ndarray, (n, samples)
-        See :func:`fourier_basis`.
-    F, J
-        Filled.
-    """
-    aft_kernel(kind, p[row])(kind, p, row, c, basis, F, J)
-
-
 @COMPILED
 def _smooth(kind: int, p: Array, row: int, c: Array, basis: Array, F: Array, J: Array) -> None:
     """A law whose force goes by the moment's coordinate."""

@@ -23,6 +23,7 @@ from twin.identify.spectra.sine_fit import SteadyState, steady_states
 from twin.structure import DrawnPart, Structure, drawn_places, layer_points
 from twin.structure.mode_law import LayerModes, mode_functions
 from twin.structure.modelled_rig import ModelledRig
+from twin.views.plot import Range
 from twin.views.receptance import per_force
 
 
@@ -175,9 +176,6 @@ def joint_name(evidence: MeasuredData, joint: int) -> str:
     """What tells a joint from others; empty where there is but one."""
     joints = evidence.rig.joints
     return joints[joint].name if len(joints) > 1 else ""
-
-
-Range = tuple[float, float]
 
 
 def law_reach(evidence: MeasuredData, model: Fitted) -> tuple[tuple[Range, Range], ...]:

@@ -64,6 +64,15 @@ def test_a_process_that_is_killed_leaves_its_work_to_this_one():
         assert parallel_map(operator.mul, (7,), [(n,) for n in range(4)]) == [0, 7, 14, 21]
 
 
+def test_who_asks_for_processes_among_others_is_given_these():
+    with in_processes(2):
+        parallel_map(operator.mul, (7,), [(1,), (2,)])
+        begun = set(multiprocessing.active_children())
+        with in_processes(2):
+            assert parallel_map(operator.mul, (7,), [(1,), (2,)]) == [7, 14]
+            assert set(multiprocessing.active_children()) == begun
+
+
 def test_processes_that_are_done_with_are_gone():
     before = set(multiprocessing.active_children())
     with in_processes(2):

@@ -29,3 +29,7 @@ def test_a_change_shows_its_sign():
     assert [f"{Estimate(change, 0.02):+}" for change in (0.31, 0.0, -0.31)] == [
         "+0.31 ± 0.02", "+0.00 ± 0.02", "-0.31 ± 0.02",
     ]  # fmt: skip
+
+
+def test_it_is_as_wide_as_a_text_of_a_table():
+    assert f"{Estimate(0.31, 0.02):>14}|{Estimate(0.31, 0.02):+<14}|" == "   0.31 ± 0.02|+0.31 ± 0.02  |"

@@ -262,7 +262,7 @@ def follow(
 
 
 def alternate_numpy(kind: int, p: Matrix, row: int, c: Matrix, basis: Matrix, F: Matrix, J: Matrix) -> None:
-    """The plain twin of :func:`alternate`: the same sums as matrix products, in steps only where there is memory."""
+    """The plain twin of the compiled kernels: the same sums as matrix products, in steps only where there is memory."""
     n, samples = basis.shape
     weight = basis * np.where(np.arange(n) == 0, 1.0, 2.0)[:, None] / samples
     e, phi = c @ basis, basis.T

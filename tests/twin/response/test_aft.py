@@ -8,7 +8,7 @@ from harmonic_balance_numpy import alternate_numpy, alternate_pair_numpy
 
 from twin.bench.force_factor import ForceFactor
 from twin.joint import Cubic, ForceTable, Linear, PiecewiseLinearContact, Polynomial, RunningLoss, Saturating, iwan
-from twin.response.aft import alternate, alternate_pair, fourier_basis, running
+from twin.response.aft import aft_kernel, alternate_pair, fourier_basis, running
 
 H, SAMPLES = 5, 512
 LAWS = [
@@ -25,9 +25,9 @@ BASIS = fourier_basis(H, SAMPLES)
 C = np.array([0.1, 0.3, 1.6, 0.1, -0.2, 0.05, 0.02, 0.1, 0.0, 0.01, 0.03])
 
 
-def harmonics(law, c, function=alternate):
+def harmonics(law, c, function=None):
     F, J = np.zeros(len(c)), np.zeros((len(c), len(c)))
-    function(law.kind, law.parameters[None], 0, c, BASIS, F, J)
+    (function or aft_kernel(law.kind, law.parameters))(law.kind, law.parameters[None], 0, c, BASIS, F, J)
     return F, J
 
 

@@ -1,6 +1,5 @@
 """Causes that natural frequencies of small motion can show."""
 
-from collections.abc import Mapping
 from dataclasses import fields
 
 from twin.diagnose.cause import Cause
@@ -13,9 +12,9 @@ STRUCTURAL = {"beam_modulus", "beam_shear_ratio", "clamp_rad_per_Nm", "layer_gra
 """What of an extension natural frequencies feel."""
 
 
-def felt_causes(evidence: MeasuredFrequencies, causes: Mapping[str, Cause] = CAUSES) -> dict[str, Cause]:
+def felt_causes(evidence: MeasuredFrequencies) -> dict[str, Cause]:
     """Of the causes those that act on the structure, linearly and without loss, and are not identified anyway."""
-    return {name: cause for name, cause in causes.items() if _is_felt(evidence, cause)}
+    return {name: cause for name, cause in CAUSES.items() if _is_felt(evidence, cause)}
 
 
 def _is_felt(evidence: MeasuredFrequencies, cause: Cause) -> bool:

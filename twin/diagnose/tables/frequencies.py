@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2 as chi_square
 
 from recordings import FrequencyTable
 from recordings.errors import InputError
+from twin.arrays import Array
 from twin.diagnose.answer.exclusion import exclusion_limits
 from twin.diagnose.answer.extended import effects_of
 from twin.diagnose.answer.parameter_text import parameters_text
@@ -42,8 +42,6 @@ from twin.identify.residuals.natural_frequencies import (
 from twin.identify.rms import rms
 from twin.rigs import BeamPart, Rig
 from twin.rigs.beam import BeamRig
-
-Array = NDArray[np.float64]
 
 
 def diagnose_frequencies(

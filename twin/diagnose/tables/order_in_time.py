@@ -4,15 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
+from twin.arrays import Array
 from twin.diagnose.tables.limits import LIMITS
 from twin.diagnose.tables.result import SweepRow
 from twin.identify.estimate import Estimate
 from twin.identify.rms import rms
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

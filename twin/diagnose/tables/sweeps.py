@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2 as chi_square
 
 from recordings.errors import InputError, blamed_on
+from twin.arrays import Array
 from twin.diagnose.answer.result import Estimate, Misfit, NamedCause, Verdict
 from twin.diagnose.models import CAUSES
 from twin.diagnose.tables.limits import LIMITS
@@ -24,8 +24,6 @@ from twin.identify.backbones.modal_prediction import predict_held
 from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.rms import rms
 from twin.rigs.modal import LevelFit, ModalLaw
-
-Array = NDArray[np.float64]
 
 
 def diagnose_sweeps(

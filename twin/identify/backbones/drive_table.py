@@ -28,10 +28,7 @@ class DriveTable:
 def read_drive(path: Path) -> DriveTable:
     """Read a drive: columns ``frequency_Hz`` and either ``force_N`` or ``acceleration_m_per_s2``; others are ignored.
 
-    Raises
-    ------
-    InputError
-        With line and column, if the file cannot be read or a value is missing or not above zero.
+    InputError with line and column, if the file cannot be read or a value is missing or not above zero.
     """
     table = Columns(path, most_rows=ROW_LIMIT)
     given = [name for name in HELD if name in table.names]

@@ -14,10 +14,7 @@ from twin.rigs.modal import ModalRig
 def identify_sweep_table(path: Path, rig: ModalRig) -> ModalRig:
     """The modal model of a CSV table of response-controlled sweeps (columns as :func:`recordings.tables.read_table`).
 
-    Raises
-    ------
-    InputError
-        If the table holds no sweeps, too few of them, or a force of zero, or no model fits them.
+    InputError if the table holds no sweeps, too few of them, or a force of zero, or no model fits them.
     """
     sweeps = sorted(read_sweeps(path), key=lambda sweep: sweep.amplitude)
     with blamed_on(path, of=(ValueError, ArithmeticError)):
@@ -27,10 +24,7 @@ def identify_sweep_table(path: Path, rig: ModalRig) -> ModalRig:
 def read_sweeps(path: Path) -> list[BackboneSweep]:
     """Sweeps of a CSV table in the order of the file, responses turned into accelerations.
 
-    Raises
-    ------
-    InputError
-        If the table holds no sweeps, or a force or response of zero.
+    InputError if the table holds no sweeps, or a force or response of zero.
     """
     table = read_table(path)
     if not isinstance(table, SweepTable):

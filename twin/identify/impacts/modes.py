@@ -19,10 +19,7 @@ def modes_of_impacts(responses: ImpactResponses) -> tuple[ModalFit, Array, tuple
     The residues of a mode are those of the channels at the first point, at the second, and so on.  The fit's poles are
     those of the windowed responses, the modes are the structure's.
 
-    Raises
-    ------
-    ValueError
-        If there are too few lines, or no mode.
+    ValueError if there are too few lines, or no mode.
     """
     f, count = responses.frequency_Hz, len(responses.frequency_Hz)
     H, std = (each.reshape(count, -1) for each in (responses.H, responses.std))

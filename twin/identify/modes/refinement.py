@@ -6,8 +6,6 @@ The residues and the remainders U, L, V of modes outside the band are linear and
 and Pereyra; with Kaufman's Jacobian), so that only the poles are iterated.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -11,8 +11,6 @@ says how the ports follow any other change of the model; without it a sensitivit
 wrong by half of itself.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

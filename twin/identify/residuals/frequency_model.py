@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.errors import InputError
+from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.frequency_shifts import SHIFT
 from twin.identify.limits import LIMITS
@@ -24,8 +25,6 @@ from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.whitening import Whitening
 from twin.structure import Structure
 from twin.structure.modes import bending_modes
-
-Array = NDArray[np.float64]
 
 PROBE = 2 * np.pi * np.array([0.0, 50.0, 100.0])
 """Three frequencies that tell a mass and a spring from any other attachment, rad/s."""
@@ -121,10 +120,7 @@ class FrequencyModel:
     def modes(self, table: StateFrequencies, base: LinearParameters) -> tuple[Array, Array]:
         """Natural frequencies (m,) in Hz and mass-normalised shapes (n, m) of a table's modes.
 
-        Raises
-        ------
-        ValueError
-            If the structure has too few modes.
+        ValueError if the structure has too few modes.
         """
         M, K0, terms = self._matrices
         K = K0.copy()
@@ -207,10 +203,7 @@ def sound_errors(evidence: MeasuredFrequencies) -> ErrorModel:
 def check_modes(evidence: MeasuredFrequencies) -> None:
     """Refuse modes that the mesh does not have.
 
-    Raises
-    ------
-    InputError
-        That names the mode.
+    InputError that names the mode.
     """
     structure = evidence.model.structure
     reduced = sum(part.size for part in structure.reductions)

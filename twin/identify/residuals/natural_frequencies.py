@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from recordings import FrequencyTable
 from recordings.errors import InputError
+from twin.arrays import Array
 from twin.identify.forward.predict import blank_data
 from twin.identify.limits import LIMITS
 from twin.identify.linear.changed_model import changed_structure
@@ -25,8 +26,6 @@ from twin.identify.model_modification import ModelModification
 from twin.rigs import Rig, moduli_at, preload_names, with_moduli
 from twin.rigs.structure_rig import StructureRig
 from twin.structure import Structure
-
-Array = NDArray[np.float64]
 
 KINDS = ("normal_modulus", "shear_modulus")
 

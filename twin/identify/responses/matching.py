@@ -33,10 +33,7 @@ def match_responses(file: Responses, rig: Rig) -> tuple[tuple[Matched, ...], tup
 
     What was measured with hammer and sensor the other way round is the same response, by reciprocity.
 
-    Raises
-    ------
-    InputError
-        If none is.
+    InputError if none is.
     """
     ends = _Ends.of(file, rig)
     alone = len(file.responses) == 1 and len(rig.response_sensors) == 1

@@ -4,8 +4,6 @@ A plot of rerun has time on its horizontal axis; curves over frequency or amplit
 with axes of our own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
