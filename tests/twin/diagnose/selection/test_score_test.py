@@ -152,7 +152,9 @@ def test_the_first_orders_gain_is_that_of_a_refit(having, baseline, name):
     refit = refitted(evidence, base.baseline, score.hypothesis)
     fell = base.solution.cost - refit.solution.cost
     assert fell > 20
-    assert fall(evidence, score) == pytest.approx(fell, rel=0.06)  # harmonics are held in a fit and between fits are not
+    assert fall(evidence, score) == pytest.approx(
+        fell, rel=0.06
+    )  # harmonics are held in a fit and between fits are not
     ((strength, _),) = values.items()
     null = CAUSES[name].parameters(evidence, label)[0].null
     assert score.hypothesis.values[strength] - null == pytest.approx(
