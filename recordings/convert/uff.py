@@ -157,11 +157,11 @@ def load_sets(path: Path, *, kinds: Collection[int] = (58,)) -> tuple[bytes, lis
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")  # of pyuff's own parsing
             file = pyuff.UFF(str(path))
-            kinds = [int(kind) for kind in file.get_set_types()]
-            if not kinds:
+            found = [int(kind) for kind in file.get_set_types()]
+            if not found:
                 raise InputError(path, "", "is not a universal file: it has no data set")
             sets = []
-            for number, kind in enumerate(kinds, start=1):
+            for number, kind in enumerate(found, start=1):
                 sets.append(file.read_sets(number - 1) if kind in kinds else {"type": kind})
     except InputError:
         raise

@@ -17,6 +17,7 @@ from recording_builders import CHANNELS, INFO, START_NS, RATE_Hz, block_at, step
 from recordings import Channel, Event, Indicator, InputError, Run, RunWriter, SampleBlock, StepState, read_run
 from recordings.check import check_run
 from recordings.convert import FORMATS, Format, convert
+from recordings.convert.uff import load_sets
 from recordings.recover import recover
 
 DATA = Path(__file__).parents[1] / "data" / "recordings"
@@ -175,6 +176,16 @@ def test_analysers_units_become_si(tmp_path: Path, unit: str, quantity: str, fac
     assert run.channels["Acc 7"].quantity == quantity
     np.testing.assert_allclose(run.devices["uff"].values["Acc 7"], data * factor, rtol=1e-6)
     assert run.info["started"].startswith("2016-04-18T13:49:58")
+
+
+def test_data_sets_of_other_kinds_are_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.uff"
+    units = {"type": 164, "units_code": 1, "length": 1.0, "force": 1.0, "temp": 1.0, "temp_offset": 0.0}
+    pyuff.UFF(str(path)).write_sets(units)
+    with monkeypatch.context() as patch:
+        patch.setattr(pyuff.UFF, "read_sets", lambda *_: pytest.fail("it was read"))
+        assert load_sets(path)[1] == [{"type": 164}]
+    assert load_sets(path, kinds=(164,))[1][0]["length"] == 1.0
 
 
 def test_existing_target_and_unknown_suffix_are_refused(original: Path, tmp_path: Path) -> None:
