@@ -137,7 +137,7 @@ def test_sensitivities_are_derivatives_for_both(evidence, base):
     looked = [blocks[name].start + j for name in ("log_E", "log_G", "loss_E", "loss_G") for j in (0, 1)]
     looked += [part.start + 22 for j in (0, 1) for part in (baseline.softening(j), baseline.loss(j))]
     for entry in looked:
-        step = (1e-5 if entry < baseline.of_laws.start else 3e-2) * max(abs(vector[entry]), 0.1)
+        step = (1e-5 if entry < baseline.of_laws.start else 1e-2) * max(abs(vector[entry]), 0.1)
 
         def residual(shift, entry=entry):
             moved = vector.copy()
