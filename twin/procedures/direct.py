@@ -4,14 +4,19 @@ from collections.abc import Sequence
 
 from recordings.run import Channel, Event, SampleBlock
 from recordings.streams import Excitation, SampleSource
-from twin.procedures.limits import LIMITS
 
 
 class DirectAcquisition:
-    """An :class:`~recordings.streams.Acquisition` over a :class:`~recordings.streams.SampleSource`."""
+    """An :class:`~recordings.streams.Acquisition` over a :class:`~recordings.streams.SampleSource`.
 
-    def __init__(self, source: SampleSource) -> None:
-        self._source = source
+    Parameters
+    ----------
+    block_s
+        Length of the blocks that `read` returns, s.  The procedure reacts at block ends only, as on a wire.
+    """
+
+    def __init__(self, source: SampleSource, *, block_s: float = 0.125) -> None:
+        self._source, self._block_s = source, block_s
         self._next_ns = 0
         self._running = False
 
@@ -42,7 +47,7 @@ class DirectAcquisition:
         """The next block, at once; a source at its end raises TimeoutError, as an instrument that fell silent would."""
         if not self._running:
             raise TimeoutError("the acquisition was not started")
-        count = max(1, round(LIMITS.direct_block_s * self._source.sample_rate_Hz))
+        count = max(1, round(self._block_s * self._source.sample_rate_Hz))
         block = self._source.read(count)
         if len(block) == 0:
             raise TimeoutError(f"no samples within {timeout_s:g} s: the source is at its end")

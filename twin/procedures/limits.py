@@ -18,9 +18,6 @@ class Limits:
     """Over which a level, or the fall of a transient, is seen well enough; of a multisine whole periods."""
     still_falling: float = 0.9
     """What has not fallen to this part of itself within `trial_s` does not fall: time constants up to 19 s do."""
-    # direct.py
-    direct_block_s: float = 0.125
-    """Length of the blocks that are read: a procedure reacts at their ends only, as on a wire."""
     # impact.py
     looked_for_s: float = 0.1
     """A hit is looked for in pieces of this length: several blocks of an instrument, and no wait that is felt."""

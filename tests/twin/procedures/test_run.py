@@ -17,7 +17,7 @@ class Wire(DirectAcquisition):
     """A direct acquisition with the troubles of a wire: late changes, two devices, silence, interrupts."""
 
     def __init__(self, source, *, latency_s=0.0, silent_after_s=1e9, interrupt_after_s=1e9, broken_after_s=1e9):
-        super().__init__(source)
+        super().__init__(source, block_s=0.1)
         self.latency_s, self.stopped, self.held = latency_s, 0, []
         self.troubles = {TimeoutError: silent_after_s, KeyboardInterrupt: interrupt_after_s, OSError: broken_after_s}
         self.source, self.now_s = source, 0.0
@@ -41,7 +41,7 @@ class Wire(DirectAcquisition):
         super().stop()
 
     def take_events(self):
-        return [Event(time_ns=0, source="daq", kind="checksum")] if 1.0 < self.now_s < 1.2 else []
+        return [Event(time_ns=0, source="daq", kind="checksum")] if 1.0 < self.now_s < 1.05 else []
 
 
 def run(wire, **fields):
