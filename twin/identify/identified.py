@@ -59,7 +59,7 @@ def identify_rig(evidence: MeasuredData, *, report: Callable[[str], None] = lamb
     return Identified(
         rig=updated_rig(evidence, model, solution),
         preload=evidence.preload,
-        linear=linear_estimates(free.baseline, free.solution, model, evidence.rig),
+        linear=linear_estimates(free.baseline, free.solution, model, evidence),
         baseline=model,
         solution=solution,
         chi2_per_dof=solution.chi2 / dof,
@@ -75,15 +75,15 @@ def _held(baseline: BaselineParameters) -> list[int]:
 
 
 def linear_estimates(
-    free: BaselineParameters, solution: Solution, model: BaselineParameters, rig: Rig
+    free: BaselineParameters, solution: Solution, model: BaselineParameters, evidence: MeasuredData
 ) -> dict[str, Estimate | list[Estimate]]:
     """What a `model` has of the linear parameters, with the standard deviations of a fit where more of them are `free`.
 
-    As :attr:`Identified.linear`.  `rig` is the one whose mesh they are of.
+    As :attr:`Identified.linear`.  The `evidence` tells whose mesh they are of.
     """
     std = free.blocks.unpack(np.sqrt(np.maximum(np.diag(solution.covariance), 0.0)))
     base = model.base
-    of_mesh_E, of_mesh_G = mesh_errors(rig, base.E, base.G)
+    of_mesh_E, of_mesh_G = mesh_errors(evidence.model.structure, evidence.rig, base.E, base.G)
     linear: dict[str, Estimate | list[Estimate]] = {}
     for name, values, errors in (
         ("normal_modulus", base.E, base.E * np.hypot(std["log_E"], of_mesh_E)),

@@ -203,7 +203,7 @@ def _sweeps(diagnosis: Diagnosis) -> Section | None:
 def _identified(diagnosis: Diagnosis) -> Section:
     evidence, models = diagnosis.evidence, shown_models(diagnosis)
     model = list(models.values())[-1]
-    linear = linear_estimates(model.baseline, model.solution, model.baseline, evidence.rig)
+    linear = linear_estimates(model.baseline, model.solution, model.baseline, evidence)
     pictures = [
         modes_picture(
             evidence, model, caption="Modes of the identified structure without what the extension attaches to it."
