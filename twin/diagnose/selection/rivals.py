@@ -45,13 +45,17 @@ def fitted_rivals(
     if fits and not (leading := likeliest(fits)).solution.settled:
         again += [rival for rival in others if rival.key == leading.hypotheses[-1].key]
     if isinstance(evidence, MeasuredFrequencies):
-        again = promising  # frequencies alone have several minima: the best without a cause may lead to another
+        again = list(promising)  # frequencies alone have several minima: the best without a cause may lead to another
 
     def exact() -> bool:
         return likeliest(fits or [before]).errors.as_small_as(sound_errors(evidence))
 
-    fits += _raced_beside_no_law(race, model, again if exact() else imitated[: effort.rivals], report)
-    fits += _raced_beside_no_law(race, model, [] if exact() else others, report)
+    if not exact():
+        again += [rival for rival in imitated[: effort.rivals] if rival not in again]
+    fits += _raced_beside_no_law(race, model, again, report)
+    fits += _raced_beside_no_law(
+        race, model, [] if exact() else [rival for rival in others if rival not in again], report
+    )
     if fits:
         fits += race.with_best_threshold(likeliest(fits))
     if fits and not exact() and not time_is_up():
