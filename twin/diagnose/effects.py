@@ -8,10 +8,7 @@ from recordings.errors import InputError, blamed_on
 from twin.diagnose.fitted_model import CauseHypothesis
 from twin.diagnose.models import CAUSES
 from twin.diagnose.places import from_told_place, told_place
-from twin.identify.base_fit import fit_base
 from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import ModelModification
-from twin.identify.residuals.rebinning import rebinned
 from twin.rigs import Effect
 
 Data = TypeVar("Data", bound=MeasuredData)
@@ -59,20 +56,14 @@ def acting_effects(
 def with_effects(evidence: Data, *, source: str = "rig") -> Data:
     """The evidence, every prediction of which has the effects of its rig file.
 
-    Broadband runs are binned anew: what they were binned against lacks the effects.  A fit of the linear parameters
-    that lacked them is left out.
+    A fit of the linear parameters that lacked them is left out.
 
     InputError as :func:`acting_effects`.
     """
     effects = acting_effects(evidence, evidence.rig.effect, source=source)
     if not effects:
         return evidence
-    evidence = replace(evidence, effects=effects)
-    if not evidence.broadband:
-        return evidence
-    evidence = replace(evidence, linear=None)
-    baseline = fit_base(evidence.without_steps()).baseline
-    return replace(evidence, broadband=rebinned(evidence, ModelModification(), baseline).broadband)
+    return replace(evidence, effects=effects, linear=None)
 
 
 def left_out_effects(effects: Iterable[Effect]) -> list[str]:

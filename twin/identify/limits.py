@@ -140,6 +140,9 @@ class Limits:
     """Prior of a frequency discrepancy while a fit finds its way."""
     largest_alignment: float = 0.2
     """A resonance farther off than this, as a logarithm, is not taken for the model's."""
+    reduced_order: int = 30
+    """Of the rational functions that a broadband run's bins are about: two for each of the modes whose damping is
+    identified, and twice as many again for what the model does not have, and for noise."""
     linear_fit_astray: float = 4.0
     linear_fit_found: float = 2.0
     """Chi2 per degree of freedom from which on other moduli are tried to begin with, and up to which they are

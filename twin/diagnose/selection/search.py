@@ -21,7 +21,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.error_model import continuation
 from twin.identify.residuals.harmonics import harmonic_residuals
 from twin.identify.residuals.likelihood import sound_errors
-from twin.identify.residuals.rebinning import rebinned
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
@@ -106,11 +105,11 @@ def search_causes(
         stages.append(_one_more(data, model, causes, most if len(stages) < 2 * most else 0, effort, report))
         model = stages[-1].best
         if stages[-1].accepted:
-            data = _reduced_anew(data, model, report)
+            data = _reduced_anew(data, model)
             if (simpler := _one_less(data, model, causes, stages[-1], report)) is not None:
                 stages.append(simpler)
                 model = simpler.best
-                data = _reduced_anew(data, model, report)
+                data = _reduced_anew(data, model)
     model = with_spread(*data, model, stages[-1].tolerances)
     predicts = _beside_these(data, model) if model.hypotheses else base
     model = replace(model, baseline=predicts.baseline)  # predictions have no tolerances
@@ -217,13 +216,9 @@ def _beside(model: FittedModel, causes: Mapping[str, Cause]) -> dict[str, Cause]
     return {name: cause for name, cause in causes.items() if name not in named}
 
 
-def _reduced_anew(data: _Reduced, best: FittedModel, report: Report) -> _Reduced:
-    """The recordings reduced with the best model: what was reduced against one far off has its errors in it, too."""
-    report(f"reducing the recordings anew, with {best.name}")
-    evidence, harmonics = data
-    if evidence.broadband:
-        evidence = rebinned(evidence, modification_of(evidence, best.hypotheses), best.baseline)
-    return _Reduced(evidence, None if harmonics is None else _harmonics(evidence, best))
+def _reduced_anew(data: _Reduced, best: FittedModel) -> _Reduced:
+    """Harmonics less what the best model makes of the force's own: those less one's far off have its errors in them."""
+    return data._replace(harmonics=None if data.harmonics is None else _harmonics(data.evidence, best))
 
 
 def _beside_these(data: _Reduced, model: FittedModel) -> FittedModel:

@@ -1,22 +1,19 @@
 """Base parameters from a broadband run: Gauss-Newton on whitened frequency responses."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from twin.arrays import Array
 from twin.identify.gauss_newton import StepRule, minimise
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import LinearModel, LinearParameters
-from twin.identify.linear.poles import poles_near
-from twin.identify.linear.receptance import padded
-from twin.identify.spectra.broadband import BinnedResponse, Binning, bin_response, find_resonances, hidden_resonances
-from twin.identify.spectra.driven_gaps import driven_through
+from twin.identify.modes.from_record import response_of_record
+from twin.identify.spectra.broadband import BinnedResponse
 from twin.identify.spectra.spectrum import BroadbandRecord
-from twin.structure import rigid_motions
+from twin.structure import normal_modes, rigid_motions
+from twin.structure.modes import MOST_RIGID
 
 MODULI_STD = 0.1 / np.sqrt(3)
 """Prior of the logarithms of E' and G': no experimenter knows them to better than ten per cent, evenly spread."""
@@ -150,48 +147,32 @@ def fit_linear(
 def reduce_broadband(
     model: LinearModel, record: BroadbandRecord, nominal: LinearParameters, *, force: str
 ) -> tuple[BinnedResponse, LinearFit]:
-    """Bin a broadband record and fit the base parameters to it, each round with a better reference.
+    """Bin a broadband record, whatever the model, and fit the base parameters to it.
 
-    The first reference is what is assumed, detuned to the resonances that the data show; since bins assume only that
-    the difference to it is smooth away from those, a wrong belief costs accuracy, which the following rounds give back.
     The frequency discrepancy stays wide here: what explains the resonances is for later to say.
     """
-    resonances, band = _resonances_and_band(model, record, force)
-    told_apart = resonances
-    base = on_the_resonances(model, nominal, resonances)
-    upright = signs = np.ones(len(model.outputs))
+    # Up to where the model is meant to hold: the modes whose damping is identified.
+    data = response_of_record(
+        record, force=force, channels=tuple(output.channel for output in model.outputs),
+        band_Hz=(0.0, highest_Hz(model)), highest_order=LIMITS.reduced_order,
+    )  # fmt: skip
 
-    def reduced(base: LinearParameters, signs: Array) -> tuple[BinnedResponse, LinearFit]:
-        response, omega, zeta = _reference(model, base)
-        data = _binned(
-            model, record, _within(band, (-zeta + 1j) * omega),
-            force=force, resonances=told_apart, band=band, reference=lambda omega: signs * response(omega),
-        )  # fmt: skip
-        return data, follow_resonances(model, replace(data, H=signs * data.H), base, nominal)
+    def followed(nominal: LinearParameters, signs: Array | float = 1.0) -> LinearFit:
+        begun = on_the_resonances(model, nominal, data.resonances_Hz)
+        return follow_resonances(model, replace(data, H=signs * data.H), begun, nominal)
 
-    led_astray = False
-    for _ in range(3):
-        data, fit = reduced(base, signs)
-        if fit.chi2_per_dof > LIMITS.linear_fit_astray and not led_astray:
-            led_astray = True
-            # Resonances hardly move with the moduli where the layer is stiff, and shapes do: a false minimum.
-            others = []
-            for log_E, log_G in ELSEWHERE:
-                there = replace(nominal, E=nominal.E * np.exp(log_E), G=nominal.G * np.exp(log_G))
-                begun = on_the_resonances(model, there, resonances)
-                others.append((data, follow_resonances(model, data, begun, there), upright))
-            # Nor does a fit of logarithms find its way out of a wrong sign; whose it may be these bins tell, too.
-            turned = min(
-                upright - 2 * np.eye(len(upright)),
-                key=lambda signs: follow_resonances(model, replace(data, H=signs * data.H), base, nominal).chi2_per_dof,
-            )
-            others.append((*reduced(base, turned), turned))
-            best = min(others, key=lambda other: other[1].chi2_per_dof)
-            if best[1].chi2_per_dof < LIMITS.linear_fit_found:
-                data, fit, signs = best
-                nominal = fit.nominal
-        told_apart = np.concatenate([told_apart, hidden_resonances(data)])
-        base = fit.base
+    fit = followed(nominal)
+    if fit.chi2_per_dof > LIMITS.linear_fit_astray:
+        # Resonances hardly move with the moduli where the layer is stiff, and shapes do: a false minimum.  Nor does a
+        # fit of logarithms find its way out of a wrong sign.
+        others = [
+            followed(replace(nominal, E=nominal.E * np.exp(log_E), G=nominal.G * np.exp(log_G)))
+            for log_E, log_G in ELSEWHERE
+        ]
+        others += [followed(nominal, signs) for signs in 1 - 2 * np.eye(len(model.outputs))]
+        best = min(others, key=lambda other: other.chi2_per_dof)
+        if best.chi2_per_dof < LIMITS.linear_fit_found:
+            fit = best
     return data, fit
 
 
@@ -210,131 +191,21 @@ def follow_resonances(
     )
 
 
-def on_the_resonances(model: LinearModel, base: LinearParameters, resonances: Array) -> LinearParameters:
-    """The same, detuned to the resonances that the data show."""
-    return replace(base, frequency_discrepancy=_aligned(_complex_modes(model, base)[0], resonances))
-
-
-def bin_broadband(
-    model: LinearModel,
-    record: BroadbandRecord,
-    base: LinearParameters,
-    *,
-    force: str,
-    reference: Callable[[Array], Array],
-    resonances_Hz: Array,
-) -> BinnedResponse:
-    """Bin a broadband record against a reference that is better than the linear model.
-
-    Parameters
-    ----------
-    base
-        What the linear model has of the reference: its poles, detuned to the record's resonances, are near that one's.
-    reference
-        Responses (f, o) at omega.
-    resonances_Hz
-        Of an earlier binning: what showed only then stays told apart.
-    """
-    resonances, band = _resonances_and_band(model, record, force)
-    _, omega, zeta = _reference(model, on_the_resonances(model, base, resonances))
-    # The decays of the record's ends are as narrow as the resonances, and those shown are told to a line or two.
-    poles = poles_near(reference, _within(band, (-zeta + 1j) * omega))
-    return _binned(model, record, poles, force=force, resonances=resonances_Hz, band=band, reference=reference)
-
-
-def _resonances_and_band(model: LinearModel, record: BroadbandRecord, force: str) -> tuple[Array, Array]:
-    """What the record shows, up to where the model is meant to hold: the modes whose damping is identified."""
-    channels = tuple(output.channel for output in model.outputs)
-    resonances, band = find_resonances(record, force=force, channels=channels)
-    band[1] = min(band[1], highest_Hz(model))
-    return resonances[resonances < band[1]], band
+def on_the_resonances(model: LinearModel, base: LinearParameters, resonances_Hz: Array) -> LinearParameters:
+    """The same, with the model's first modes on the measured resonances, where one is near enough."""
+    structure, count = model.structure, LIMITS.damped_modes
+    modes = normal_modes(structure.M, structure.stiffness(base.E, base.G), count + MOST_RIGID)
+    first = rigid_motions(modes.omega)
+    model_Hz = modes.frequency_Hz[first : first + count]
+    frequency_discrepancy = np.zeros(count)
+    for r, frequency in enumerate(model_Hz):
+        near = [f for f in resonances_Hz if np.argmin(np.abs(np.log(model_Hz / f))) == r]
+        if near:
+            shift = min((np.log(f / frequency) for f in near), key=abs)
+            frequency_discrepancy[r] = shift if abs(shift) < LIMITS.largest_alignment else 0.0
+    return replace(base, frequency_discrepancy=frequency_discrepancy)
 
 
 def highest_Hz(model: LinearModel) -> float:
     """Up to where a model is meant to hold: below the last of the modes whose damping is identified."""
     return float(0.95 * model.basis.omega[LIMITS.damped_modes - 1] / (2 * np.pi))
-
-
-def _binned(
-    model: LinearModel,
-    record: BroadbandRecord,
-    poles: Array,
-    *,
-    force: str,
-    resonances: Array,
-    band: Array,
-    reference: Callable[[Array], Array],
-) -> BinnedResponse:
-    channels = tuple(output.channel for output in model.outputs)
-
-    def mended(part: BroadbandRecord) -> BroadbandRecord:
-        return driven_through(part, reference, force=force, channels=channels, up_to_Hz=float(band[1]))
-
-    binning = Binning(
-        force=force, channels=channels, reference=reference, poles=poles,
-        resonances_Hz=np.concatenate([resonances, poles.imag / (2 * np.pi)]), band_Hz=band, mended=mended,
-    )  # fmt: skip
-    return bin_response(record, binning)
-
-
-def _within(band_Hz: Array, poles: Array) -> Array:
-    """Those poles whose decays show in the band."""
-    return poles[poles.imag < 2 * np.pi * 1.3 * band_Hz[1]]
-
-
-def _aligned(values: Array, resonances_Hz: Array) -> Array:
-    """Frequency discrepancy that put the model's first modes on the measured resonances, where one is near enough."""
-    model_Hz = np.sqrt(values.real[: LIMITS.damped_modes]) / (2 * np.pi)
-    frequency_discrepancy = np.zeros(LIMITS.damped_modes)
-    for r, frequency in enumerate(model_Hz):
-        near = [f for f in resonances_Hz if np.argmin(np.abs(np.log(model_Hz / f))) == r]
-        if near:
-            best = float(near[int(np.argmin(np.abs(np.log(np.array(near) / frequency))))])
-            shift = np.log(best / frequency)
-            frequency_discrepancy[r] = shift if abs(shift) < LIMITS.largest_alignment else 0.0
-    return frequency_discrepancy
-
-
-def _complex_modes(model: LinearModel, base: LinearParameters) -> tuple[Array, Array]:
-    """Squares of the complex frequencies, with joint loss, and shapes with Phi' M Phi = 1, (n,) and (n, n)."""
-    s = model.structure
-    K = s.K0 + np.zeros((), complex)
-    for joint, E, G in zip(s.joints, base.complex_E, base.complex_G, strict=True):
-        K = K + E * joint.KE + G * joint.KG
-    inverse = solve_triangular(np.linalg.cholesky(s.M), np.eye(len(s.M)), lower=True)
-    values, vectors = np.linalg.eig(inverse @ K @ inverse.T)
-    order = np.argsort(values.real)
-    # Rigid motions last, as in the model's own basis.
-    rigid = rigid_motions(np.sqrt(np.abs(values[order].real)))
-    values[order[:rigid]] = 0.0
-    order = np.r_[order[rigid:], order[:rigid]]
-    vectors = vectors[:, order]
-    if rigid:  # real, and of one frequency: any of them that span the same motions come, and need not be orthogonal
-        motions = vectors[:, -rigid:]
-        vectors[:, -rigid:] = np.linalg.svd(np.hstack([motions.real, motions.imag]))[0][:, :rigid]
-    return values[order], inverse.T @ (vectors / np.sqrt(np.sum(vectors**2, axis=0)))
-
-
-def _reference(model: LinearModel, base: LinearParameters) -> tuple[Callable[[Array], Array], Array, Array]:
-    """A fast response function, and its natural frequencies and damping ratios.
-
-    Tens of thousands of lines want a sum over complex modes instead of a solution at each; the modal damping acts on
-    the complex modes then, and dampers on each mode by itself, a difference far below what a bin leaves free.
-    """
-    values, Phi = _complex_modes(model, base)
-    values[: LIMITS.damped_modes] *= 1 + 2 * base.frequency_discrepancy
-    omega_r = np.sqrt(values.real)
-    zeta = padded(np.concatenate([base.zeta, model.basis.zeta]), len(values))
-    viscous = np.sum((model.structure.B_C @ Phi) ** 2, axis=0).real
-    zeta = zeta + viscous / (2 * np.where(omega_r > 0, omega_r, np.inf))
-    residues = (model.ports.rows[model.ports.outputs] @ Phi) * (model.ports.rows[model.ports.drive] @ Phi)
-    elastic = np.count_nonzero(values)
-    near = np.r_[: min(40, elastic), elastic : len(values)]
-
-    def response(omega: Array) -> Array:
-        w = omega[:, None]
-        D = 1.0 / (values[near] - w**2 + 2j * zeta[near] * omega_r[near] * w)
-        static = np.sum(residues[:, 40:elastic] / values[40:elastic], axis=1)
-        return (D @ residues[:, near].T + static) * model.to_quantity(omega)
-
-    return response, omega_r[:elastic], zeta[:elastic] + values[:elastic].imag / (2 * values[:elastic].real)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from beam_rows import deflection
 
-from twin.identify.linear import linear_fit
-from twin.identify.linear.linear_fit import _reference, reduce_broadband
-from twin.identify.linear.linear_model import Output, build_linear_model, nominal_parameters
+from twin.identify.linear.linear_fit import reduce_broadband
+from twin.identify.linear.linear_model import nominal_parameters
+from twin.identify.modes import from_record
 from twin.identify.spectra.spectrum import BroadbandRecord
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
@@ -115,8 +115,8 @@ def test_moduli_far_from_belief_are_no_trap(steel_model, factors):
 @pytest.mark.slow
 def test_a_channel_that_is_turned_round_is_no_trap(steel, steel_model, monkeypatch):
     """And is looked for without binning the record anew for each channel: of many that takes longer than all else."""
-    binned = Mock(wraps=linear_fit.bin_response)
-    monkeypatch.setattr(linear_fit, "bin_response", binned)
+    binned = Mock(wraps=from_record.bin_response)
+    monkeypatch.setattr(from_record, "bin_response", binned)
     nominal = nominal_parameters(load_rig("steel-lap-joint"))
     upright, turned = (
         reduce_broadband(
@@ -124,21 +124,6 @@ def test_a_channel_that_is_turned_round_is_no_trap(steel, steel_model, monkeypat
         )
         for names in ((), ("acc2",))
     )
-    assert binned.call_count == 3 + (3 + 1)
+    assert binned.call_count == 2 * from_record.ROUNDS
     assert turned[1].chi2_per_dof < 1.5
     np.testing.assert_allclose(turned[0].H * [1, -1], upright[0].H, rtol=1e-3)
-
-
-def test_a_free_structure_moves_as_a_whole_too():
-    """Its three rigid motions have one frequency, so that an eigensolver's need not be orthogonal."""
-    rig = load_rig("hung-lap-joint")
-    outputs = [Output(channel, "acceleration", rig.place_of(channel)) for channel in ("acc1", "acc2")]
-    nominal = nominal_parameters(rig)
-    response, _, _ = _reference(build_linear_model(rig, outputs), nominal)
-    s = assemble(rig)
-    for omega in 2 * np.pi * np.array([30.0, 100.0, 300.0]):  # where damping does not matter
-        Z = s.stiffness(nominal.E, nominal.G) - omega**2 * s.M
-        expected = (
-            -(omega**2) * s.row(rig.drive_place) @ np.linalg.inv(Z) @ np.array([s.row(o.place) for o in outputs]).T
-        )
-        np.testing.assert_allclose(response(np.array([omega]))[0].real, expected, rtol=2e-3)
