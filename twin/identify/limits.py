@@ -321,6 +321,10 @@ class Limits:
     noise_surroundings: int = 201
     noise_spacing: int = 10
     """Lines over which noise is taken to be alike, and at every how many of them it is looked at."""
+    # modes/pairing.py
+    pairing_farthest: float = 0.3
+    pairing_least_mac: float = 0.5
+    """Logarithm of frequencies, and modal assurance criterion, from which on two modes are no pair."""
     # modes/rational.py
     rational_chunk: int = 4096
     """Lines that are summed at once."""

@@ -148,7 +148,7 @@ def test_points_that_the_rig_has_not_are_refused(tmp_path, capsys):
 
 
 def test_pairs_are_made_of_what_is_alike_and_near():
-    from twin.identify.responses.pairing import paired
+    from twin.identify.modes.pairing import paired
 
     alike = np.array([[0.1, 0.98], [0.97, 0.2], [0.3, 0.3]])
     assert paired(np.array([100.0, 103.0, 900.0]), np.array([101.0, 102.0]), alike) == {0: 1, 1: 0}

@@ -7,8 +7,8 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.identify.limits import LIMITS
+from twin.identify.modes.pairing import paired
 from twin.identify.modes.shapes import mac_matrix
-from twin.identify.responses.pairing import paired
 from twin.rigs import Place
 from twin.structure.modelled_rig import ModelledRig
 from twin.structure.plausibility import largest_motion

@@ -53,9 +53,6 @@ class Limits:
     # modal_tables.py
     looked_at: int = 12
     """First modes of the model among which a measured one is looked for."""
-    modal_tables_farthest: float = 0.3
-    least_mac: float = 0.5
-    """Logarithm of frequencies, and modal assurance criterion, from which on two modes are no pair."""
     modal_tables_rounds: int = 3
     """Of pairing and of updating, one from the other."""
     # parameters.py

@@ -6,8 +6,8 @@ from recordings.errors import InputError
 from recordings.responses import FoundModes, Responses
 from twin.arrays import Array
 from twin.identify.estimate import Estimate
+from twin.identify.modes.pairing import paired
 from twin.identify.responses.limits import LIMITS
-from twin.identify.responses.pairing import paired
 from twin.identify.responses.parameters import parameters_of
 from twin.identify.responses.updating import (
     FrequencyPair,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from twin.arrays import Array
-from twin.identify.responses.limits import LIMITS
+from twin.identify.limits import LIMITS
 
 
 def paired(measured_Hz: Array, model_Hz: Array, alike: Array) -> dict[int, int]:
@@ -15,8 +15,8 @@ def paired(measured_Hz: Array, model_Hz: Array, alike: Array) -> dict[int, int]:
     alike : ndarray, (r, m)
         Modal assurance criterion of each with each, one where there is none.
     """
-    cost = np.abs(np.log(measured_Hz[:, None] / model_Hz)) / LIMITS.modal_tables_farthest
-    cost = cost + (1 - alike) / LIMITS.least_mac
+    cost = np.abs(np.log(measured_Hz[:, None] / model_Hz)) / LIMITS.pairing_farthest
+    cost = cost + (1 - alike) / LIMITS.pairing_least_mac
     found: dict[int, int] = {}
     while cost.size and np.min(cost) < 1:
         row, column = np.unravel_index(np.argmin(cost), cost.shape)
