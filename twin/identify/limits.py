@@ -317,6 +317,10 @@ class Limits:
     # modes/from_record.py
     from_record_averages: float = 12.0
     """Stretches of the first estimate."""
+    from_record_rounds: int = 8
+    from_record_moved: float = 0.05
+    """Most rounds of fitting poles and taking their decays off, and the move of any pole, over its half width, that
+    needs no further one: four rounds are usual."""
     # modes/noise.py
     noise_surroundings: int = 201
     noise_spacing: int = 10

@@ -52,8 +52,9 @@ class ModalFit:
 
 
 def fit_modes(
-    frequency_Hz: Array, H: Array, std: Array | None = None, *, highest_order: int = HIGHEST_ORDER
-) -> ModalFit:
+    frequency_Hz: Array, H: Array, std: Array | None = None, *, highest_order: int = HIGHEST_ORDER,
+    begun: PoleFit | None = None,
+) -> ModalFit:  # fmt: skip
     """Identify all modes between the first line and the last.
 
     Parameters
@@ -67,6 +68,8 @@ def fit_modes(
         roughness if not given.
     highest_order
         Of the rational functions, about two for each mode and as many again for noise.
+    begun
+        Fit of rougher responses, from whose poles this one begins instead of from a chart's.
 
     Raises
     ------
@@ -82,7 +85,9 @@ def fit_modes(
         raise ValueError("the frequencies must rise from above zero")
     known, omega = std is not None, 2 * np.pi * frequency_Hz
     weight = _weight(np.asarray(std, float) if std is not None else noise_of_responses(H))
-    chart, groups = _candidate_poles(frequency_Hz, H, weight, highest_order)
+    chart, groups = ((), []) if begun else _candidate_poles(frequency_Hz, H, weight, highest_order)
+    if begun is not None:
+        groups = [StableGroup(w / (2 * np.pi), z, 1.0) for w, z in zip(begun.omega, begun.zeta, strict=True)]
     if not groups:
         raise ValueError("no pole is stable over the orders: no mode in this band, or too much noise")
     groups, fit = _worth_their_parameters(frequency_Hz, H, weight, groups)

@@ -21,8 +21,6 @@ from twin.identify.spectra.broadband import (
 from twin.identify.spectra.driven_gaps import driven_through
 from twin.identify.spectra.spectrum import BroadbandRecord, h1
 
-ROUNDS = 2
-
 
 def modes_of_record(
     record: BroadbandRecord, *, force: str, channels: tuple[str, ...], band_Hz: tuple[float, float] | None = None
@@ -61,9 +59,17 @@ def response_of_record(
     )
     inside = (rough.frequency_Hz > max(band[0], 0.0)) & (rough.frequency_Hz < band[1])
     frequency_Hz, H = rough.frequency_Hz[inside], np.stack([rough.H[c][inside] for c in channels], axis=1)
-    std = None
-    for _ in range(ROUNDS):
-        reference, poles = _smooth(frequency_Hz, H, std, highest_order)
+    std, found, poles = None, None, NO_POLES
+    for _ in range(LIMITS.from_record_rounds):
+        before, reference = poles, _interpolated(frequency_Hz, H)
+        try:
+            found = fit_modes(frequency_Hz, H, std, highest_order=highest_order, begun=found).fit
+        except ValueError:  # noise hides all modes
+            found, poles = None, NO_POLES
+        else:
+            reference, poles = found.responses, found.poles
+            if _settled(before, poles):
+                break
 
         def mended(part: BroadbandRecord, reference: Responses = reference) -> BroadbandRecord:
             return driven_through(part, reference, force=force, channels=channels, up_to_Hz=float(band[1]))
@@ -83,13 +89,16 @@ Responses = Callable[[Array], Array]
 """Responses (f, o) at omega (f,)."""
 
 
-def _smooth(frequency_Hz: Array, H: Array, std: Array | None, highest_order: int) -> tuple[Responses, Array]:
-    """What the lines show of the responses everywhere, and its poles; where noise hides all modes, what they are."""
-    try:
-        found = fit_modes(frequency_Hz, H, std, highest_order=highest_order).fit
-    except ValueError:
-        return lambda omega: np.stack([np.interp(omega / (2 * np.pi), frequency_Hz, h) for h in H.T], axis=1), NO_POLES
-    return found.responses, found.poles
+def _interpolated(frequency_Hz: Array, H: Array) -> Responses:
+    return lambda omega: np.stack([np.interp(omega / (2 * np.pi), frequency_Hz, h) for h in H.T], axis=1)
+
+
+def _settled(before: Array, poles: Array) -> bool:
+    """Whether no pole has moved by a good part of its half width: the decays taken off have not either."""
+    if len(before) != len(poles):
+        return False
+    one, other = (each[np.argsort(each.imag)] for each in (before, poles))
+    return bool(np.all(np.abs(other - one) < LIMITS.from_record_moved * np.abs(other.real)))
 
 
 NO_POLES = np.zeros(0, complex)

@@ -15,7 +15,7 @@ from twin.identify.gauss_newton import StepRule, minimise
 from twin.identify.limits import LIMITS
 
 REMAINDERS = 3
-ITERATIONS, TOLERANCE = 40, 1e-9
+ITERATIONS, TOLERANCE = 40, 1e-3
 HARDLY = 1e-9
 """Precision beforehand of a pole that no line shows."""
 
@@ -83,7 +83,7 @@ def refine_poles(
     lower = np.repeat([np.log(1e-2 * np.min(w[w > 0])), -np.inf], m)
     solution = minimise(
         evaluate, start, mean=start, precision=HARDLY * np.eye(2 * m), iterations=iterations,
-        tolerance=TOLERANCE * 2 * H.size, steps=StepRule(bounds=(lower, np.full(2 * m, np.inf)), moved=moved),
+        tolerance=TOLERANCE, steps=StepRule(bounds=(lower, np.full(2 * m, np.inf)), moved=moved),
     )  # fmt: skip
     x, J = solution.x, solution.jacobian
     dof = max(1, 2 * H.size - len(x) - H.shape[1] * 2 * (m + REMAINDERS))
