@@ -34,7 +34,7 @@ def rig_figure(modelled: ModelledRig) -> Figure:
         _draw(axes, part.points, part.edges, level_colour(number), flat=flat, width=2.5, label=part.name)
     rig = modelled.rig
     draw_fittings(axes, structure, rig, size=extent(parts), flat=flat)
-    axes.set_title(f"{rig.name}: {rig.sentence}", fontsize=10)
+    axes.set_title(f"{rig.name}: {rig.sentence}", fontsize=10, wrap=True)
     _frame(axes, parts, flat=flat)
     for number in range(min(MODES, modelled.modes.Phi.shape[1])):
         below = figure.add_subplot(grid[1 + number // 2, number % 2], **options)

@@ -9,6 +9,7 @@ from twin.cli import group
 from twin.rigs import RIG_FILES, Effect, load_rig, save_rig
 from twin.structure.modelled_rig import modelled_rig
 from twin.structure.plausibility import implausible
+from twin.views.rig_figure import rig_figure
 
 
 def shown(capsys, *arguments):
@@ -59,6 +60,16 @@ def test_pictures_are_written_whole(capsys, tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert view.read_bytes().startswith(b"RRF")
     assert sorted(tmp_path.iterdir()) == [picture, view]
+
+
+def test_a_long_sentence_is_not_cut_off():
+    rig = load_rig("l-frame")
+    figure = rig_figure(modelled_rig(rig.model_copy(update={"name": "a frame of four bolted beams, on its foot"})))
+    figure.canvas.draw()
+    assert "on its foot" in figure.axes[0].get_title()
+    said = figure.axes[0].title.get_window_extent()
+    assert said.x0 >= 0
+    assert said.x1 <= figure.bbox.x1
 
 
 @pytest.mark.parametrize("arguments", [
