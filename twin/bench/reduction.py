@@ -74,7 +74,8 @@ def condense(
     Phi = normal_modes(M, K, modes).Phi
     static = solved(K, np.column_stack(list(loads)))
     basis = np.column_stack([Phi, static - Phi @ (Phi.T @ M @ static)])
-    basis /= np.sqrt(np.einsum("ij,ij->j", basis, M @ basis))
+    size = np.sqrt(np.einsum("ij,ij->j", basis, M @ basis))
+    basis /= np.where(size > 0, size, 1.0)  # a load where all is held moves nothing
     values, vectors = eigh(basis.T @ M @ basis)
     good = values > 1e-9
     T = basis @ (vectors[:, good] / np.sqrt(values[good]))

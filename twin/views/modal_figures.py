@@ -110,6 +110,7 @@ def nyquist_figure(found: MeasuredModes) -> Figure:
     """Circles of all modes, up to four in a row."""
     figure = plots_figure(nyquist_plots(found), columns=4, height_in=2.4)
     for axes in figure.axes:
+        axes.autoscale()  # limits of its own would be ignored, and matplotlib would tell so
         axes.set_aspect("equal", adjustable="datalim")
         axes.xaxis.set_major_locator(MaxNLocator(4))
     return figure

@@ -81,3 +81,13 @@ def test_a_hammer_takes_the_shaker_off_and_leaves_no_mass():
         load_rig("hung-lap-joint").hit_at(Place("nowhere", 0.0, (0.0, 1.0, 0.0)))
     with pytest.raises(ValueError, match="point"):
         load_rig("steel-lap-joint").hit_at(Place("upper", 9.0, (0.0, 1.0, 0.0)))
+
+
+@pytest.mark.parametrize(("place", "moves"), [(("foot", 0.0), False), (("column", 0.3), True)])
+def test_where_all_is_held_a_hit_moves_nothing(place, moves):
+    bench = open_bench(load_rig("l-frame").hit_at(Place(*place, (1.0, 0.0, 0.0))), sample_rate_Hz=RATE_Hz)
+    bench.hit(peak_N=5.0, width_s=1e-3)
+    samples = bench.read(512).samples
+    assert np.max(samples["force"]) == pytest.approx(5.0, rel=0.1)
+    assert (np.ptp(samples["acc1"]) > 10.0) == moves
+    assert moves or np.ptp(samples["acc1"]) < 0.5, "its noise alone"

@@ -51,7 +51,9 @@ def natural_Hz():
     return Hz[Hz > 10.0]
 
 
-def test_its_modes_are_the_rigs_within_a_tenth_of_a_per_cent_and_alike(hammered, natural_Hz, tmp_path, capsys):
+def test_its_modes_are_the_rigs_within_a_tenth_of_a_per_cent_and_alike(
+    hammered, natural_Hz, tmp_path, capsys, caplog
+):
     files = [tmp_path / name for name in ("modes.csv", "chart.png", "report.html", "view.rrd")]
     options = [word for pair in zip(("--out", "--picture", "--report", "--save"), files, strict=True) for word in pair]
     status, printed, said = run(capsys, "modes", hammered, "--rig", "hung-lap-joint", *options, "--json")
@@ -73,6 +75,7 @@ def test_its_modes_are_the_rigs_within_a_tenth_of_a_per_cent_and_alike(hammered,
     page = files[2].read_text()
     assert all(word in page for word in ("Stabilisation", "Nyquist", "MAC", "coherence", "double hit"))
     assert page.count("data:image/png") == 5
+    assert caplog.messages == [], "a library's remarks on its own pictures are none of the user's"
 
 
 def test_a_double_hit_is_named_and_left_out(hammered, capsys):
