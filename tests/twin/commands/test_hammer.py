@@ -51,9 +51,7 @@ def natural_Hz():
     return Hz[Hz > 10.0]
 
 
-def test_its_modes_are_the_rigs_within_a_tenth_of_a_per_cent_and_alike(
-    hammered, natural_Hz, tmp_path, capsys, caplog
-):
+def test_its_modes_are_the_rigs_within_a_tenth_of_a_per_cent_and_alike(hammered, natural_Hz, tmp_path, capsys, caplog):
     files = [tmp_path / name for name in ("modes.csv", "chart.png", "report.html", "view.rrd")]
     options = [word for pair in zip(("--out", "--picture", "--report", "--save"), files, strict=True) for word in pair]
     status, printed, said = run(capsys, "modes", hammered, "--rig", "hung-lap-joint", *options, "--json")
