@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from twin.structure.modes import bending_modes
+from twin.structure.modes import counted_modes
 
 __all__ = [
     "FrequencySet",
@@ -188,7 +188,7 @@ def pair_modes(
     ValueError
         If the model has too few bending modes.
     """
-    modes = bending_modes(pencil.M, pencil.K, pencil.transverse, least=int(numbers.max()))
+    modes = counted_modes(pencil.M, pencil.K, pencil.transverse, least=int(numbers.max()))
     if shape_rows is None or shapes is None:
         chosen = numbers - 1
     else:

@@ -70,4 +70,4 @@ def hybrid_model(rig: LapJointRig, *, overlap_m: float, shear_ratio: float = 0.0
         "drive_mass": rig.drive.position,
     }
     units = {name: with_mass_at(a, a.layout.place(place), 1.0).M - a.M for name, place in places.items()}
-    return HybridModel(one, a.M, a.K0 - Kc, Kc, a.joints[0].KE, a.joints[0].KG, units, a.transverse)
+    return HybridModel(one, a.M, a.K0 - Kc, Kc, a.joints[0].KE, a.joints[0].KG, units, a.counted)

@@ -62,7 +62,7 @@ def lap_joint_problem(
     Parameters are named ``normal_modulus[<preload>]`` and ``shear_modulus[<preload>]``.
     """
     structure = structure or assemble(rig)
-    transverse, known = structure.transverse, rig.joints[0].preload
+    transverse, known = structure.counted, rig.joints[0].preload
     KE, KG = structure.joints[0].KE, structure.joints[0].KG
     sets, parameters = [], []
 

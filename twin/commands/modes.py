@@ -13,7 +13,7 @@ from twin.commands.common.options import FILE, FiniteRange, json_option, overwri
 from twin.commands.common.output import print_json, print_tables, say, typed, working
 
 if TYPE_CHECKING:
-    from twin.identify.modes import ModalFit
+    from twin.identify.modes.measured_modes import MeasuredModes
 
 
 @click.command()
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 )  # fmt: skip
 @click.option(
     "--out", metavar="MODES.csv", type=FILE,
-    help="Table of frequencies, which 'twin identify' and 'twin diagnose' take.",
+    help="Table of frequencies, which 'twin identify' and 'twin diagnose' take; with a rig by its modes' numbers.",
 )  # fmt: skip
 @click.option("--picture", metavar="FILE.png", type=FILE, help="The stabilisation chart.")
 @click.option("--report", metavar="FILE.html", type=FILE, help="Tables and all pictures.")
@@ -69,7 +69,7 @@ def command(
         test = modal_test(recorded, force=force, band_Hz=band, rig=rig, reduction=how)
     with whole_files(out, picture, report, save) as (table, drawn, page, view):
         if table is not None:
-            _write_table(test.found.fit, table)
+            _write_table(test.found, table)
         if drawn is not None:
             from twin.views.modal_figures import stabilisation_figure
 
@@ -89,6 +89,12 @@ def command(
     say(test.sentence)
 
 
-def _write_table(fit: ModalFit, out: Path) -> None:
-    rows = [f"{number},{mode.frequency_Hz:.8g},{mode.frequency_std_Hz:.3g}" for number, mode in enumerate(fit.modes, 1)]
+def _write_table(found: MeasuredModes, out: Path) -> None:
+    """Modes by the model's numbers where there is one, whose modes may not all have been found."""
+    modes = found.fit.modes
+    numbers = {r: r + 1 for r in range(len(modes))} if found.beside is None else found.beside.numbers
+    rows = [f"{n},{modes[r].frequency_Hz:.8g},{modes[r].frequency_std_Hz:.3g}" for r, n in numbers.items()]
+    if len(rows) < len(modes):
+        left = len(modes) - len(rows)
+        say(("note", "yellow"), f": {left} mode(s) left out of the table: none of the model's that it counts")
     out.write_text("\n".join(["mode,frequency_Hz,std_Hz", *rows]) + "\n", encoding="utf-8")

@@ -47,8 +47,6 @@ class Limits:
     """Largest stiffness error of a model that lacks something, over a sound rig's: a resonance is then a per cent
     off."""
     # frequency_model.py
-    in_a_row: float = 0.999
-    """Cosine of the angle to x up to which all beams lie in one row."""
     shifted_by: float = 0.01
     """Of the lowest measured frequency: so far the modes are shifted where a rigid motion would make K singular."""
     frequency_model_followed: int = 3

@@ -86,6 +86,9 @@ class Limits:
     # own_harmonics.py
     own_harmonics_relaxation: float = 0.6
     """Share of what is missed that a turn corrects: the whole swings where the layer has hardly any stiffness left."""
+    # structure.py
+    in_a_row: float = 0.999
+    """Cosine of the angle to x up to which all beams lie in one row."""
     # sparse.py
     dense_up_to: int = 500
     """Coordinates up to which matrices are dense: below, the lowest modes take LAPACK less time than Lanczos."""

@@ -60,26 +60,28 @@ def shifted_modes(M: Array, K: Array, count: int, *, shift: float) -> Modes:
     return Modes(np.sqrt(np.maximum(1 / inverse - shift, 0.0)), Phi / np.sqrt(inverse))
 
 
-def bending_modes(M: Array, K: Array, transverse: Array, *, least: int, shift: float | None = None) -> Modes:
-    """At least so many bending modes, from the lowest, without a gap.
+def are_counted(M: Array, Phi: Array, counted: Array) -> Array:
+    """Which mass-normalised modes (n, m) have more than half of their kinetic energy in the coordinates that count."""
+    return np.asarray(np.einsum("im,im->m", Phi[counted], M[np.ix_(counted, counted)] @ Phi[counted]) > 0.5)
 
-    More than half of a bending mode's kinetic energy is transverse, and it is no rigid-body motion.  ValueError if the
-    model has fewer.
+
+def counted_modes(M: Array, K: Array, counted: Array, *, least: int, shift: float | None = None) -> Modes:
+    """At least so many modes that count, from the lowest, without a gap, and no rigid-body motion.
+
+    ValueError if the model has fewer.
 
     Parameters
     ----------
     M, K : ndarray, (n, n)
-    transverse : ndarray of bool, (n,)
-        Degrees of freedom that move across the beams.
+    counted : ndarray of bool, (n,)
+        Coordinates that have most of such a mode, see :attr:`Structure.counted`.
     shift
         As of :func:`shifted_modes`, which is used with it.
     """
     count = min(len(M), 2 * least + 8)
     modes = normal_modes(M, K, count) if shift is None else shifted_modes(M, K, count, shift=shift)
-    t = transverse
-    kinetic = np.einsum("im,im->m", modes.Phi[t], M[np.ix_(t, t)] @ modes.Phi[t])
     elastic = np.arange(len(modes.omega)) >= rigid_motions(modes.omega)
-    bending = np.flatnonzero((kinetic > 0.5) & elastic)
-    if len(bending) < least:
-        raise ValueError(f"the model has {len(bending)} bending modes, {least} are needed")
-    return Modes(modes.omega[bending], modes.Phi[:, bending])
+    found = np.flatnonzero(are_counted(M, modes.Phi, counted) & elastic)
+    if len(found) < least:
+        raise ValueError(f"the model has {len(found)} such modes, {least} are needed")
+    return Modes(modes.omega[found], modes.Phi[:, found])

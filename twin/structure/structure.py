@@ -17,6 +17,7 @@ from recordings.directions import AXES
 from twin.arrays import Array
 from twin.rigs import Layout, Place
 from twin.structure.elements.thin_layer import LayerRows
+from twin.structure.limits import LIMITS
 from twin.structure.matrix_coordinates import MatrixCoordinates
 from twin.structure.mesh import BeamMesh
 from twin.structure.node_field import NodeField
@@ -202,12 +203,14 @@ class Structure:
         return whole[self.free]
 
     @property
-    def transverse(self) -> Array:
-        """Which coordinates are no displacement along a beam that lies along x."""
+    def counted(self) -> Array:
+        """Coordinates that have most of a mode that counts: those across where all beams lie in one row, else all."""
+        beams = self.layout.beams
+        row = len(beams) == len(self.layout.parts) and all(abs(beam.axis[0]) > LIMITS.in_a_row for beam in beams)
         along = np.zeros(self.sparse_basis.shape[0], bool)
         for mesh in self.meshes.values():
             if isinstance(mesh, BeamMesh):
-                along[mesh.first : mesh.first + mesh.size : len(mesh.dofs)] = True
+                along[mesh.first : mesh.first + mesh.size : len(mesh.dofs)] = row
         return np.asarray(~along[self.free])
 
     def with_gradient(self, gradient: float, *, joint: int = 0) -> Structure:

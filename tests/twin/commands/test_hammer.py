@@ -66,14 +66,26 @@ def test_its_modes_are_the_rigs_within_a_tenth_of_a_per_cent_and_alike(hammered,
     assert [(pair["mode"], pair["model_mode"]) for pair in result["pairs"]] == [(n, n) for n in range(1, 6)]
     assert min(pair["mac"] for pair in result["pairs"]) > 0.99
     assert max(mode["phase_scatter_deg"] for mode in result["modes"]) < 3.0
-    assert len(read_table(files[0])) == 5
-    assert isinstance(read_table(files[0]), FrequencyTable)
+    table = read_table(files[0])
+    assert isinstance(table, FrequencyTable)
+    assert table.mode.tolist() == [1, 2, 3, 4], "one slides along the joint, and is no bending mode"
+    assert table.frequency_Hz == pytest.approx(np.delete(natural_Hz[:5], 3), rel=1e-3)
     assert files[1].read_bytes().startswith(b"\x89PNG")
     assert files[3].stat().st_size > 10_000
     page = files[2].read_text()
     assert all(word in page for word in ("Stabilisation", "Nyquist", "MAC", "coherence", "double hit"))
     assert page.count("data:image/png") == 5
     assert caplog.messages == [], "a library's remarks on its own pictures are none of the user's"
+
+
+@pytest.mark.parametrize(("options", "numbers"), [(("--rig", "hung-lap-joint"), [2, 3]), ((), [1, 2])])
+def test_a_table_has_the_numbers_of_the_models_modes(hammered, options, numbers, natural_Hz, tmp_path, capsys):
+    out = tmp_path / "modes.csv"
+    status, _, said = run(capsys, "modes", hammered, "--band", 400, 1200, *options, "--out", out)
+    assert status == 0, said
+    found = read_table(out)
+    assert found.mode.tolist() == numbers
+    assert found.frequency_Hz == pytest.approx(natural_Hz[1:3], rel=1e-3)
 
 
 def test_a_double_hit_is_named_and_left_out(hammered, capsys):

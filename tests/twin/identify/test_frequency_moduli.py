@@ -13,7 +13,7 @@ from twin.structure import assemble
 def bending_Hz(structure, E, G, numbers):
     """Bending frequencies by all modes of the matrices, more than half of whose kinetic energy is transverse."""
     values, Phi = eigh(structure.stiffness(E, G), structure.M)
-    t = structure.transverse
+    t = structure.counted
     part = np.einsum("im,im->m", Phi[t], structure.M[np.ix_(t, t)] @ Phi[t])
     return np.sqrt(values[part > 0.5])[numbers - 1] / (2 * np.pi)
 

@@ -11,6 +11,7 @@ from twin.identify.modes.pairing import paired
 from twin.identify.modes.shapes import mac_matrix
 from twin.rigs import Place
 from twin.structure.modelled_rig import ModelledRig
+from twin.structure.modes import are_counted
 from twin.structure.plausibility import largest_motion
 
 
@@ -27,6 +28,13 @@ class BesideModel:
     """Ones where a shape is a single number, (r, m)."""
     pairs: Mapping[int, int]
     """Number of the model's mode by that of the measured one, both from 0."""
+
+    @property
+    def numbers(self) -> dict[int, int]:
+        """In a table of frequencies, by the measured mode from 0; none of a mode that these do not count."""
+        modes, structure = self.modelled.modes, self.modelled.structure
+        counted = are_counted(structure.M, modes.Phi[:, : self.shapes.shape[1]], structure.counted)
+        return {r: int(counted[: m + 1].sum()) for r, m in sorted(self.pairs.items()) if counted[m]}
 
     def scaled(self, measured: Array, mode: int) -> Array:
         """A measured shape (d,) as large as the model's mode, by least squares."""

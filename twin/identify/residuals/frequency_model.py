@@ -24,7 +24,7 @@ from twin.identify.residuals.natural_frequencies import MeasuredFrequencies, Sta
 from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.whitening import Whitening
 from twin.structure import Structure
-from twin.structure.modes import bending_modes
+from twin.structure.modes import counted_modes
 
 PROBE = 2 * np.pi * np.array([0.0, 50.0, 100.0])
 """Three frequencies that tell a mass and a spring from any other attachment, rad/s."""
@@ -127,7 +127,7 @@ class FrequencyModel:
         for own, values in zip(terms, self._moduli(table.state, base), strict=True):
             K += sum((value * term for term, value in zip(own, values, strict=True)), np.zeros_like(K))
         shift = (LIMITS.shifted_by * 2 * np.pi * float(np.min(table.frequency_Hz))) ** 2
-        found = bending_modes(M, K, self._counted, least=int(table.number.max()), shift=shift)
+        found = counted_modes(M, K, self.structure.counted, least=int(table.number.max()), shift=shift)
         chosen = table.number - 1
         return found.omega[chosen] / (2 * np.pi), found.Phi[:, chosen]
 
@@ -153,14 +153,6 @@ class FrequencyModel:
         if not self.modification.changes_structure:
             return self.evidence.model.structure
         return changed_structure(self.evidence.rig, self.modification)
-
-    @cached_property
-    def _counted(self) -> NDArray[np.bool_]:
-        layout = self.structure.layout
-        row = len(layout.beams) == len(layout.parts) and all(
-            abs(beam.axis[0]) > LIMITS.in_a_row for beam in layout.beams
-        )
-        return self.structure.transverse if row else np.ones(len(self.structure.M), bool)
 
     @cached_property
     def _matrices(self) -> tuple[Array, Array, tuple[list[Array], list[Array]]]:
