@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from twin.procedures.limits import LIMITS
 from twin.procedures.sine_fit import fit_sine
 
 RATE, FREQUENCY = 2048.0, 26.45
@@ -53,6 +54,14 @@ def test_a_slow_change_is_not_taken_for_noise():
     modulated = fit_sine(x, frequency_Hz=FREQUENCY, sample_rate_Hz=RATE, modulation=2)
     assert modulated.std < 0.05 * plain.std
     assert modulated.phasor == pytest.approx(plain.phasor, abs=5e-3)
+
+
+def test_a_harmonic_that_meets_a_higher_mode_is_no_noise():
+    t = np.arange(800) / RATE
+    x = signal(800) + 0.6 * np.cos(2 * np.pi * 9 * FREQUENCY * t)
+    fit = fit_sine(x, frequency_Hz=FREQUENCY, sample_rate_Hz=RATE, harmonics=LIMITS.fitted_harmonics, modulation=2)
+    assert fit.std < 1e-10, "a wait would end at this share of the transient"
+    assert abs(fit.harmonics[8]) == pytest.approx(0.6, abs=1e-10)
 
 
 def test_too_few_samples_are_refused():
