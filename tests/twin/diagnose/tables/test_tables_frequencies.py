@@ -275,7 +275,7 @@ def test_a_joint_as_believed_but_for_its_moduli_is_found_right():
     rig = coarse(load_rig("steel-lap-joint"))
     structure = assemble(rig)
     modes = normal_modes(structure.M, structure.stiffness(3.33e8, 5.06e7), 12)
-    across = structure.transverse
+    across = structure.counted
     share = np.einsum("im,im->m", modes.Phi[across], structure.M[np.ix_(across, across)] @ modes.Phi[across])
     f = modes.frequency_Hz[share > 0.5][:6] * np.exp(5e-4 * np.random.default_rng(101).standard_normal(6))
     found = diagnose_frequencies([table(f, std=1e-3, preload="120N")], rig, most=1)
