@@ -34,9 +34,10 @@ class Limits:
     well_known: float = 2.5
     """Most that noise and model errors of one window may grow by when the transient is told from the rest."""
     # sine_fit.py
-    whole_fit: int = 1 << 13
-    """Samples up to which a fit's matrices are made whole and kept for the next channel, 6 MB for 20 harmonics; a
-    longer window, as of 0.5 s at 25.6 kHz, is fitted in parts of this length."""
+    whole_fit: int = 1 << 14
+    """Samples up to which a fit's matrices are made whole and kept for the next channel, 12 MB for 20 harmonics; a
+    longer window, as of 1 s at 25.6 kHz, is fitted in parts of this length.  With whole ones the windows of a wait
+    take 3 ms a channel there, with parts 15."""
     # stream.py
     silent_device_s: float = 5.0
     """A device this far behind the others has fallen silent."""
