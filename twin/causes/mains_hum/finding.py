@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.run import Run
+from recordings.run import DeviceSamples, Run, pieces
 from recordings.sweeps import Stretch, measured_stretches
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.hum_in_noise import line_in_noise
@@ -23,11 +23,12 @@ def find_mains_hum(runs: Sequence[Run]) -> list[Finding]:
     stretches = [(run, stretch) for run, stretch in stretches if stretch.step.frequency_Hz > 0]
     stretches = stretches[:: max(1, len(stretches) // MOST_STEPS)]
     findings = []
+    each = [_lines(device, stretch) for run, stretch in stretches for device in run.devices.values()]
     for channel in runs[0].channels:
-        seen = [_lines(run, stretch, channel) for run, stretch in stretches if channel in run.channels]
+        seen = [lines[channel] for lines in each if channel in lines]
         best: tuple[float, float, float] | None = None
         for k, frequency in enumerate(CANDIDATES_Hz):
-            pairs = np.array([lines[k] for lines in seen if lines is not None and np.isfinite(lines[k]).all()])
+            pairs = np.array([lines[k] for lines in seen if np.isfinite(lines[k]).all()])
             found = _in_steps(pairs) if len(pairs) >= LEAST_STEPS else _in_noise(noise, channel, frequency)
             if found is not None and (best is None or found[0] > best[1]):
                 best = (frequency, *found)
@@ -66,13 +67,17 @@ def _in_noise(
     return min(clear, key=lambda line: line[1]) if clear else None
 
 
-def _lines(run: Run, stretch: Stretch, channel: str) -> NDArray[np.float64] | None:
-    """Amplitude of each candidate line and of the noise beside it, (candidates, 2); NaN near the drive's harmonics."""
-    x = run.between(channel, stretch.start_ns, stretch.stop_ns)
-    rate, drive = run.device_of(channel).sample_rate_Hz, stretch.step.frequency_Hz
-    if len(x) < 64 or not np.isfinite(x).all():
-        return None
-    length = len(x) / rate
+def _lines(device: DeviceSamples, stretch: Stretch) -> dict[str, NDArray[np.float64]]:
+    """Of each channel without lost samples: amplitude of each candidate line and of the noise beside it.
+
+    Arrays (candidates, 2); NaN near the drive's harmonics.
+    """
+    first, stop = device.position_at(stretch.start_ns), device.position_at(stretch.stop_ns)
+    count, rate, drive = stop - first, device.sample_rate_Hz, stretch.step.frequency_Hz
+    names = [name for name, x in device.values.items() if all(np.isfinite(p).all() for p in pieces(x, first, stop))]
+    if count < 64 or not names:
+        return {}
+    length = count / rate
     orders = np.arange(1, int(min(0.45 * rate / drive, 20)) + 1)
     apart_Hz = np.array([abs(f / drive - round(f / drive)) * drive for f in CANDIDATES_Hz])
     seen = np.flatnonzero((apart_Hz * length >= 1.5) & (np.array(CANDIDATES_Hz) <= 0.45 * rate))
@@ -82,21 +87,23 @@ def _lines(run: Run, stretch: Stretch, channel: str) -> NDArray[np.float64] | No
     def values(at: NDArray[np.int64]) -> NDArray[np.float64]:
         """Samples, and the columns of the lines: of one beside the drive's some is taken off with that."""
         turn = 2 * np.pi * lines * (at[:, None] / rate)
-        return np.hstack([x[at[0] : at[-1] + 1, None], np.cos(turn), np.sin(turn)])
+        taken = slice(first + at[0], first + at[-1] + 1)
+        return np.column_stack([*(device.values[name][taken] for name in names), np.cos(turn), np.sin(turn)])
 
     def drives(at: NDArray[np.int64]) -> NDArray[np.float64]:
         t = at[:, None] / rate
         angle = 2 * np.pi * drive * t * orders
         return np.hstack([np.cos(angle), np.sin(angle), np.ones_like(t), t])
 
+    own = len(names)
     products, beside = np.zeros(()), np.zeros(())
-    for at, left in remainders(len(x), values, drives):
+    for at, left in remainders(count, values, drives):
         products = products + left.T @ left
-        beside = beside + np.exp(-2j * np.pi * near.reshape(-1, 1) * (at / rate)) @ left[:, 0]
-    out = np.full((len(CANDIDATES_Hz), 2), np.nan)
-    for k, place in enumerate(seen, start=1):
+        beside = beside + np.exp(-2j * np.pi * near.reshape(-1, 1) * (at / rate)) @ left[:, :own]
+    out = np.full((own, len(CANDIDATES_Hz), 2), np.nan)
+    for k, place in enumerate(seen, start=own):
         pair = [k, k + len(lines)]
-        out[place, 0] = np.hypot(*np.linalg.solve(products[np.ix_(pair, pair)], products[pair, 0]))
-    noise = 2 * np.abs(np.reshape(beside, near.shape)) / len(x)
-    out[seen, 1] = np.sqrt(np.mean(noise**2, axis=1)) + 1e-300
-    return out
+        out[:, place, 0] = np.hypot(*np.linalg.solve(products[np.ix_(pair, pair)], products[pair, :own]))
+    noise = 2 * np.abs(np.reshape(beside, (*near.shape, own))) / count
+    out[:, seen, 1] = np.sqrt(np.mean(noise**2, axis=1)).T + 1e-300
+    return dict(zip(names, out, strict=True))

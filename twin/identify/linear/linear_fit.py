@@ -76,12 +76,9 @@ def base_prior(
     return nominal.vector, np.linalg.inv(covariance)
 
 
-def whiten(covariance: Array, values: Array) -> Array:
-    """Multiply by the inverse Cholesky factors: (b, o, o) and (b, o) or (b, o, k)."""
-    L = np.linalg.cholesky(covariance)
-    if values.ndim == 2:
-        return np.linalg.solve(L, values[:, :, None])[:, :, 0]
-    return np.linalg.solve(L, values)
+def whitening(covariance: Array) -> Array:
+    """Matrices (b, o, o) that give errors of these covariances unit ones: the inverse Cholesky factors."""
+    return np.linalg.inv(np.linalg.cholesky(covariance))
 
 
 def largest_step(base: LinearParameters) -> Array:
@@ -122,14 +119,14 @@ def fit_linear(
     """
     covariance = data.relative_covariance + model_error**2 * np.eye(len(data.channels))
     mean, precision = base_prior(nominal, frequency_discrepancy_std=frequency_discrepancy_std, moduli_std=moduli_std)
-    omega = data.omega
+    omega, white = data.omega, whitening(covariance)
 
     def evaluate(vector: Array) -> tuple[Array, Array]:
         base = LinearParameters.from_vector(vector)
         R = model.receptance(omega, base)
         H = model.response(R, omega)
-        r = whiten(covariance, np.log(data.H / H)).ravel()
-        J = whiten(covariance, model.sensitivity(R, omega, base) / H[:, :, None]).reshape(len(r), -1)
+        r = (white @ np.log(data.H / H)[:, :, None]).ravel()
+        J = (white @ (model.sensitivity(R, omega, base) / H[:, :, None])).reshape(len(r), -1)
         return np.sqrt(2) * np.concatenate([r.real, r.imag]), np.sqrt(2) * np.vstack([J.real, J.imag])
 
     solution = minimise(

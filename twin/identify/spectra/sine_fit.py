@@ -307,7 +307,7 @@ def _fit_channels(shapes: _Shapes, channels: Sequence[str]) -> list[tuple[Array,
         time, share = shapes.time_s(part), len(residual) / known
         seen += share
         # The longer the time, the less noise a line of it holds.
-        noise += [share**2 * _noise_beside(each, time, shapes.omega, count) for each in residual.T]
+        noise += share**2 * _noise_beside(residual, time, shapes.omega, count)
     freedom = max(1, known - len(gram))
     fits = []
     for solution, beside in zip(solutions.T, noise, strict=True):
@@ -321,21 +321,21 @@ def _fit_channels(shapes: _Shapes, channels: Sequence[str]) -> list[tuple[Array,
 
 
 def _noise_beside(residual: Array, time: Array, omega: float, count: int) -> Array:
-    """Mean squared amplitude of the residual's spectral lines beside each harmonic.
+    """Mean squared amplitude of the channels' residuals' (n, c) spectral lines beside each harmonic, (c, count).
 
     The fit has taken the harmonics' own lines out of the residual, so lines closer than 1.5 / duration are left out.
     """
     duration = (time[-1] - time[0]) * len(time) / max(len(time) - 1, 1)
-    lines = np.abs(2 * np.fft.rfft(residual) / len(residual)) ** 2
+    lines = np.abs(2 * np.fft.rfft(residual, axis=0) / len(residual)) ** 2
     frequency = np.arange(len(lines)) / duration
     harmonic = np.rint(frequency * 2 * np.pi / omega) * omega / (2 * np.pi)
-    lines[np.abs(frequency - harmonic) < LIMITS.sine_fit_apart / duration] = np.nan
-    lines[0] = np.nan
+    beside = np.abs(frequency - harmonic) >= LIMITS.sine_fit_apart / duration
+    beside[0] = False
     # Of three periods or less every line is a harmonic's neighbour: the residual's power is spread over all lines then.
-    floor = np.nanmean(lines) if np.isfinite(lines).any() else 4 * np.mean(residual**2) / len(residual)
-    out = np.empty(count)
+    every = np.mean(lines[beside] if beside.any() else 4 * residual**2 / len(residual), axis=0)
+    out = np.empty((residual.shape[1], count))
     for h in range(1, count + 1):
         centre = round(h * omega / (2 * np.pi) * duration)
-        near = lines[max(1, centre - LIMITS.sine_fit_neighbours) : centre + LIMITS.sine_fit_neighbours + 1]
-        out[h - 1] = np.nanmean(near) if np.isfinite(near).any() else floor
+        near = slice(max(1, centre - LIMITS.sine_fit_neighbours), centre + LIMITS.sine_fit_neighbours + 1)
+        out[:, h - 1] = np.mean(lines[near][beside[near]], axis=0) if beside[near].any() else every
     return np.maximum(out, np.finfo(float).tiny)
