@@ -75,11 +75,11 @@ class ResidualColumns:
 
     def white(self, kind: str, whitenings: tuple[Whitening, ...]) -> Array:
         """Those of one kind of data whitened (r, k); a complex number counts as two real ones."""
-        found = [np.zeros((0, self.count))]
+        found = []
         for values, whitening in zip(self.of_kind(kind), whitenings, strict=False):
             white = whitening.columns(values)
             found.append(real_ones(white) if np.iscomplexobj(white) else white)
-        return np.vstack(found)
+        return found[0] if len(found) == 1 else np.vstack([np.zeros((0, self.count)), *found])
 
     def whitened(self, held: Linearisation) -> Array:
         """As columns (r, k) of a residual that is whitened with what is held."""

@@ -225,7 +225,7 @@ class Covariances:
 
 
 def _outer(columns: Array, size: float) -> Array:
-    return size**2 * np.einsum("fom,fpm->fop", columns, columns.conj())
+    return np.asarray(size**2 * (columns @ np.swapaxes(columns.conj(), 1, 2)))
 
 
 def _real(values: Array) -> Array:

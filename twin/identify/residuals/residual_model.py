@@ -26,7 +26,7 @@ from twin.identify.nonlinear.local_forces import Influence
 from twin.identify.nonlinear.opening_harmonics import balance_openings, stiffness_sensitivity
 from twin.identify.residuals.error_model import SOUND, Covariances, ErrorModel
 from twin.identify.residuals.linearisation import Linearisation, LostContact, with_more
-from twin.identify.residuals.prediction import Prediction
+from twin.identify.residuals.prediction import Columns, Prediction
 from twin.identify.residuals.whitening import HarmonicResiduals, Whitening, real_ones
 from twin.identify.spectra.broadband import BinnedResponse
 
@@ -86,13 +86,9 @@ class ResidualModel(ForwardModel):
 
     def evaluate(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Prediction:
         """Residual of all evidence, with its sensitivities unless they are not wanted (the jacobian is zero then)."""
-        names, found = zip(*self._blocks(baseline, sensitivities), strict=True)
-        residuals, jacobians = zip(*found, strict=True)
-        ends = np.cumsum([0, *map(len, residuals)])
-        blocks = tuple((name, slice(*map(int, rows))) for name, *rows in zip(names, ends, ends[1:], strict=False))
-        return Prediction(np.concatenate(residuals), np.vstack(jacobians), blocks)
+        return Prediction.of(self._blocks(baseline, sensitivities), len(baseline.vector))
 
-    def _blocks(self, baseline: BaselineParameters, sensitivities: bool) -> list[tuple[str, tuple[Array, Array]]]:
+    def _blocks(self, baseline: BaselineParameters, sensitivities: bool) -> list[tuple[str, tuple[Array, Columns]]]:
         held = self._held or self.linearisation(baseline, sensitivities=sensitivities)
         out = [
             (f"broadband {i}", self._broadband(i, baseline, whitening, sensitivities))
@@ -133,7 +129,7 @@ class ResidualModel(ForwardModel):
 
     def _broadband(
         self, index: int, baseline: BaselineParameters, whitening: Whitening, sensitivities: bool
-    ) -> tuple[Array, Array]:
+    ) -> tuple[Array, Columns]:
         data = self.evidence.broadband[index]
         shows = len(baseline.shown) > 0
         R, omega = felt_receptance(self, data, baseline, inner=sensitivities or shows)
@@ -143,16 +139,16 @@ class ResidualModel(ForwardModel):
             by_shown = log_response_by_shown(self, R, omega)
             log_ratio = log_ratio - by_shown @ baseline.shown
         residual = real_ones(whitening(log_ratio))
-        jacobian = np.zeros((len(residual), len(baseline.vector)))
+        columns: Columns = []
         if sensitivities:
             change = self._broadband_change(data, baseline, R, omega)
-            jacobian[:, : change.shape[2]] = real_ones(whitening.columns(change))
+            columns.append((slice(change.shape[2]), real_ones(whitening.columns(change))))
             if own_shifts(self.evidence, baseline.shifts):
                 by_shift = SHIFT * change[:, :, baseline.blocks["frequency_discrepancy"]].sum(axis=2)
-                jacobian[:, baseline.of_shifts.start + index] = real_ones(whitening(by_shift))
+                columns.append((baseline.of_shifts.start + index, real_ones(whitening(by_shift))))
             if shows:
-                jacobian[:, baseline.of_shown] = real_ones(whitening.columns(by_shown))
-        return residual, jacobian
+                columns.append((baseline.of_shown, real_ones(whitening.columns(by_shown))))
+        return residual, columns
 
     def _broadband_change(self, data: BinnedResponse, baseline: BaselineParameters, R: Array, omega: Array) -> Array:
         """D log response / d base parameters (b, o, u)."""
@@ -164,15 +160,15 @@ class ResidualModel(ForwardModel):
     def _steps(
         self, baseline: BaselineParameters, R: Array, omega: Array, whitening: Whitening,
         change: tuple[Array, Array] | None,
-    ) -> tuple[Array, Array]:  # fmt: skip
+    ) -> tuple[Array, Columns]:  # fmt: skip
         """Residuals of the inverse response, which is nearly linear in every stiffness, times the measured one."""
         ratio = self.measured_over_predicted(R, omega)
         r = ratio - 1
         white = whitening(np.concatenate([r.real, r.imag], axis=1))
         if change is None:
-            return white, np.zeros((len(white), len(baseline.vector)))
+            return white, []
         J = ratio[:, :, None] * change[0]
-        return white, whitening.columns(np.concatenate([J.real, J.imag], axis=1))
+        return white, [(slice(None), whitening.columns(np.concatenate([J.real, J.imag], axis=1)))]
 
     def measured_over_predicted(self, R: Array, omega: Array) -> Array:
         """Responses (s, o) of the steps, over those that these receptances make of the measured force."""
@@ -316,7 +312,7 @@ class ResidualModel(ForwardModel):
     def _harmonics(
         self, baseline: BaselineParameters, R: Array, balance: Balance, whitening: Whitening,
         change: tuple[Array, Array] | None,
-    ) -> tuple[Array, Array]:  # fmt: skip
+    ) -> tuple[Array, Columns]:  # fmt: skip
         """Whitened harmonics less what the extension's own forces make.
 
         The base family decides little of what lost contact does, and its sensitivities to that are left out.
@@ -331,9 +327,9 @@ class ResidualModel(ForwardModel):
             residual = residual - self._by_local_forces(forces[..., None])[..., 0]
         r = self.harmonics.whiten(residual, whitening)
         if change is None or forces is None:
-            return r, np.zeros((len(r), len(baseline.vector)))
+            return r, []
         changes = self.local.harmonic_changes(forces, *forced, change[1][:, 2 * len(self.points) :])
-        return r, self.harmonics.whiten(self._by_local_forces(changes), whitening)
+        return r, [(slice(None), self.harmonics.whiten(self._by_local_forces(changes), whitening))]
 
     def _by_local_forces(self, forces: Array) -> Array:
         """Harmonics (s, h, o, u) of the outputs by harmonics (s, n, h, u) of the nonlinear forces."""

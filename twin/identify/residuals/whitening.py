@@ -31,12 +31,18 @@ class Whitening:
 
     @cached_property
     def inverse(self) -> Array:
-        """Inverses of the factors."""
-        return np.linalg.inv(self.factor)
+        """Inverses of the factors, row by row: they are triangular."""
+        inverse = np.zeros_like(self.factor)
+        for row in range(self.factor.shape[-1]):
+            own = 1 / self.factor[..., row, row, None]
+            inverse[..., row, row] = own[..., 0]
+            above = self.factor[..., row, None, :row] @ inverse[..., :row, :row]
+            inverse[..., row, :row] = -own * above[..., 0, :]
+        return inverse
 
     def __call__(self, values: Array) -> Array:
         """Whitened values (g k,) of (..., k), for g groups."""
-        return np.asarray(np.einsum("...ij,...j->...i", self.inverse, values)).ravel()
+        return np.asarray(self.inverse @ values[..., None]).ravel()
 
     def columns(self, values: Array) -> Array:
         """Whitened values (g k, c) of (..., k, c)."""
@@ -114,4 +120,7 @@ class HarmonicResiduals:
 
 def real_ones(white: Array) -> Array:
     """Whitened complex numbers (k, ...) as twice as many real ones of unit variance."""
-    return np.asarray(np.sqrt(2.0) * np.concatenate([white.real, white.imag]))
+    real = np.empty((2, *white.shape))
+    for part, values in zip(real, (white.real, white.imag), strict=True):
+        np.multiply(values, np.sqrt(2.0), out=part)
+    return real.reshape(2 * len(white), *white.shape[1:])
