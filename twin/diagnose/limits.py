@@ -28,9 +28,6 @@ class Limits:
     # gaussian_process.py
     gaussian_process_felt: float = 0.01
     """Least variance of a column, summed over its points: a tenth of the process's deviation at one of them."""
-    # marginal_likelihood.py
-    slope_step: float = 1e-3
-    """Of the logarithm of an error, in a difference quotient: a smooth curve's log determinant is known to 1e-5."""
     # model_evidence.py
     model_evidence_any: tuple[float, float] = (-15.0, 15.0)
     """Logarithm of an error over a sound rig's in which the likeliest is looked for: from less than any noise to more

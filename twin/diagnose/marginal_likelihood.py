@@ -11,12 +11,21 @@ from scipy.linalg import block_diag
 
 from twin.arrays import Array
 from twin.diagnose.fitted_model import WeighedProblem
-from twin.diagnose.limits import LIMITS
 from twin.diagnose.residual_columns import KINDS, ResidualColumns, tolerances_of
 from twin.identify.cholesky import Cholesky
 from twin.identify.gauss_newton import not_held_back
-from twin.identify.residuals.error_model import OF_SHIFTS, ErrorModel, ErrorSources
-from twin.identify.residuals.whitening import Whitening
+from twin.identify.residuals.error_model import (
+    OF_BROADBAND,
+    OF_HARMONICS,
+    OF_SHIFTS,
+    OF_STEPS,
+    ErrorModel,
+    ErrorSources,
+)
+from twin.identify.residuals.whitening import CovarianceTerms, Whitening, real_ones
+
+OF_KINDS = dict(zip(KINDS, (OF_BROADBAND, OF_STEPS, slice(OF_HARMONICS, OF_SHIFTS)), strict=True))
+"""Which of :attr:`ErrorModel.log_sizes` each kind of data has."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +68,7 @@ class MarginalLikelihood:
         problem, held, x, here = weighed.problem, weighed.held, weighed.at, weighed.here
         assert held.made_of is not None
         self._made_of: ErrorSources = held.made_of
+        self._problem = problem
         if tolerances is None:
             tolerances = tolerances_of(np.zeros((len(here.residual), 0)), here.blocks, held)
         rows = np.column_stack([here.residual, here.jacobian])
@@ -66,9 +76,8 @@ class MarginalLikelihood:
         count = tolerances.count
         # The law is in no broadband run, and the unknowns in no harmonics: their products are nothing.
         self._felt = {kind: self.columns.felt(kind) for kind in KINDS}
-        self._of_kind = {kind: self.columns.select(felt) for kind, felt in self._felt.items()}
+        self._real = {kind: self._real_of(kind) for kind in KINDS}
         self._away = np.append(x - problem.mean, np.zeros(count))
-        self._problem = problem
         self._precision = block_diag(problem.precision, np.eye(count))
         self._bounds = tuple(
             np.append(limit, np.full(count, side))
@@ -76,26 +85,48 @@ class MarginalLikelihood:
         )
         self._x = np.append(x, np.zeros(count))
         self._known: dict[tuple[str, object], tuple[Array, float]] = {}
+        self._last: dict[str, tuple[object, list[tuple[Whitening, Array]]]] = {}
+
+    def _real_of(self, kind: str) -> list[tuple[CovarianceTerms, Array]]:
+        """What covariances are made of, and columns (..., k, c) that are felt, in one kind of data and real numbers."""
+        columns = self.columns.select(self._felt[kind]).of_kind(kind)
+        return [
+            (terms.of_real_ones, real_ones(values, axis=-2)) if np.iscomplexobj(values) else (terms, values)
+            for terms, values in zip(self._terms(kind), columns, strict=False)
+        ]
+
+    def _terms(self, kind: str) -> tuple[CovarianceTerms, ...]:
+        """What the covariances of the residuals of one kind of data are made of."""
+        if kind == "broadband":
+            return self._made_of.terms_of_broadband
+        if kind == "harmonics":
+            return () if self._problem.harmonics is None else (self._problem.harmonics.terms,)
+        return (self._made_of.terms_of_steps,) if len(self.columns.steps) else ()
 
     def whitenings(self, kind: str, errors: ErrorModel) -> tuple[Whitening, ...]:
         """Of the residuals of one kind of data."""
-        if kind == "broadband":
-            return self._made_of.of_broadband(errors.broadband)
-        if kind == "harmonics":
-            return () if self._problem.harmonics is None else (self._problem.harmonics.whitening(errors.harmonics),)
-        return (self._made_of.of_steps(errors.steps),) if len(self.columns.steps) else ()
+        sizes = np.exp(errors.log_sizes[OF_KINDS[kind]])
+        return tuple(terms.whitening(*sizes) for terms in self._terms(kind))
+
+    def _white(self, kind: str, errors: ErrorModel) -> list[tuple[Whitening, Array]]:
+        """What whitens one kind of data, and columns that it has whitened; kept for the slopes, which come next."""
+        key = getattr(errors, kind)
+        if self._last.get(kind, (None,))[0] != key:
+            sizes = np.exp(errors.log_sizes[OF_KINDS[kind]])
+            whitenings = [(terms.whitening(*sizes), columns) for terms, columns in self._real[kind]]
+            self._last[kind] = key, [(each, each.inverse @ columns) for each, columns in whitenings]
+        return self._last[kind][1]
 
     def _products(self, kind: str, errors: ErrorModel) -> tuple[Array, float]:
         """Products of the columns in one kind of data, and the log determinant of its covariance."""
         key = (kind, getattr(errors, kind))
         if key not in self._known:
-            whitenings = self.whitenings(kind, errors)
-            white = self._of_kind[kind].white(kind, whitenings)
             products, felt = np.zeros((self.columns.count, self.columns.count)), self._felt[kind]
-            products[np.ix_(felt, felt)] = white.T @ white
-            parts = 1 if kind == "steps" else 2
-            determinant = parts * sum(whitening.log_determinant() for whitening in whitenings)
-            self._known[key] = products, determinant
+            white = self._white(kind, errors)
+            for _, columns in white:
+                rows = columns.reshape(-1, len(felt))
+                products[np.ix_(felt, felt)] += rows.T @ rows
+            self._known[key] = products, sum(whitening.log_determinant() for whitening, _ in white)
         return self._known[key]
 
     def _sums(self, errors: ErrorModel) -> tuple[Array, Array, float]:
@@ -131,17 +162,28 @@ class MarginalLikelihood:
         """The log likelihood, and its derivatives (8,) by :attr:`ErrorModel.log_sizes`.
 
         What the data and the priors make of the parameters is at its largest about the step, and has no slope by it.
+        So products of the columns count by their own weights, those of the parameters' deviations by theirs.
         """
-        about, sums, sizes = self.at(errors), self._sums(errors), errors.log_sizes
-        spread = Cholesky.of(about.information).inverse
-        left, away = np.append(1.0, -about.step), self._away + about.step
-        slopes = np.empty(len(sizes))
-        for which in range(len(sizes)):
-            step = LIMITS.slope_step * (np.arange(len(sizes)) == which)
-            ahead, behind, apart = self._sums(errors.with_log_sizes(sizes + step)), sums, LIMITS.slope_step
-            if which >= OF_SHIFTS:  # of the priors alone: both sides cost nothing
-                behind, apart = self._sums(errors.with_log_sizes(sizes - step)), 2 * apart
-            gram, precision, determinant = ahead[0] - behind[0], ahead[1] - behind[1], ahead[2] - behind[2]
-            by_size = left @ gram @ left + away @ precision @ away + np.vdot(spread, gram[1:, 1:] + precision)
-            slopes[which] = (by_size + determinant) / apart
+        about = self.at(errors)
+        spread, left = Cholesky.of(about.information).inverse, np.append(1.0, -about.step)
+        away, weights = self._away + about.step, np.outer(left, left)
+        weights[1:, 1:] += spread
+        slopes = np.zeros(len(errors.log_sizes))
+        for kind, where in OF_KINDS.items():
+            slopes[where] = self._slopes_by_data(kind, errors, weights)
+        n, sizes = len(self._problem.x0), np.exp(errors.log_sizes[OF_SHIFTS:])
+        beyond = (np.outer(away, away) + spread)[:n, :n] - Cholesky.of(about.precision[:n, :n]).inverse
+        slopes[OF_SHIFTS:] = [np.vdot(beyond, term) for term in self._problem.precision_terms] * (-2 / sizes**2)
         return about.log_likelihood, -0.5 * slopes
+
+    def _slopes_by_data(self, kind: str, errors: ErrorModel, weights: Array) -> Array:
+        """Derivatives of weighted products of the columns, and of the covariances' log determinant, by their sizes."""
+        where, felt = OF_KINDS[kind], self._felt[kind]
+        sizes, own = np.exp(errors.log_sizes[where]), weights[np.ix_(felt, felt)]
+        slopes = np.zeros(len(sizes))
+        for (terms, _), (whitening, white) in zip(self._real[kind], self._white(kind, errors), strict=True):
+            weighted = (white.reshape(-1, len(felt)) @ own).reshape(white.shape)
+            beyond = np.eye(white.shape[-2]) - weighted @ np.swapaxes(white, -2, -1)
+            by_covariance = np.swapaxes(whitening.inverse, -2, -1) @ beyond @ whitening.inverse
+            slopes += [np.vdot(slope, by_covariance) for slope in terms.slopes(*sizes)]
+        return slopes

@@ -20,7 +20,7 @@ from twin.identify.frequency_shifts import SHIFT
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import MODULI_STD
 from twin.identify.measured_data import StepArrays
-from twin.identify.residuals.whitening import Whitening
+from twin.identify.residuals.whitening import CovarianceTerms, Whitening, as_real
 from twin.identify.spectra.broadband import BinnedResponse
 
 
@@ -153,17 +153,27 @@ class ErrorSources(Protocol):
         """Changes of the residuals as all frequencies of a run, a sweep or a table shift."""
         ...
 
-    def of_broadband(self, errors: Discrepancy) -> tuple[Whitening, ...]:
-        """Of each broadband run's residuals."""
+    @property
+    def terms_of_broadband(self) -> tuple[CovarianceTerms, ...]:
+        """Of each broadband run's residuals, with the errors of stiffness and of ratio."""
         ...
 
-    def of_steps(self, errors: Discrepancy) -> Whitening:
+    @property
+    def terms_of_steps(self) -> CovarianceTerms:
         """And of the steps', or of a table's frequencies."""
         ...
 
+    def of_broadband(self, errors: Discrepancy) -> tuple[Whitening, ...]:
+        """Of each broadband run's residuals."""
+        return tuple(terms.whitening(errors.stiffness, errors.ratio) for terms in self.terms_of_broadband)
+
+    def of_steps(self, errors: Discrepancy) -> Whitening:
+        """And of the steps', or of a table's frequencies."""
+        return self.terms_of_steps.whitening(errors.stiffness, errors.ratio)
+
 
 @dataclass(frozen=True)
-class Covariances:
+class Covariances(ErrorSources):
     """What the covariances of a model's residuals are made of, at parameters that are held."""
 
     broadband: tuple[BinnedResponse, ...]
@@ -198,15 +208,17 @@ class Covariances:
             steps[rows, :, number] = 2 * SHIFT * self.ratio[rows] * self.by_stiffness[rows].sum(axis=2)
         return tuple(runs), np.concatenate([steps.real, steps.imag], axis=1)
 
-    def of_broadband(self, errors: Discrepancy) -> tuple[Whitening, ...]:
+    @cached_property
+    def terms_of_broadband(self) -> tuple[CovarianceTerms, ...]:
         """Of each run's log responses (b, o)."""
         found = []
         for data, by_stiffness in zip(self.broadband, self.broadband_by_stiffness, strict=True):
-            ratio = (errors.ratio * data.depth[:, :, None]) ** 2 * np.eye(by_stiffness.shape[1])
-            found.append(Whitening.of(data.relative_covariance + ratio + _outer(by_stiffness, errors.stiffness)))
+            ratio = data.depth[:, :, None] ** 2 * np.eye(by_stiffness.shape[1])
+            found.append(CovarianceTerms(data.relative_covariance, (_outer(by_stiffness), ratio)))
         return tuple(found)
 
-    def of_steps(self, errors: Discrepancy) -> Whitening:
+    @cached_property
+    def terms_of_steps(self) -> CovarianceTerms:
         """Of the steps' residuals (s, 2 o), real parts above imaginary ones."""
         steps, outputs = self.steps, self.ratio.shape[1]
         own = steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2
@@ -217,17 +229,18 @@ class Covariances:
         # A mode's dynamic stiffness changes with frequency as with its stiffness, twice as much over the frequency.
         by_growth = 2 * self.by_stiffness.sum(axis=2, keepdims=True) / steps.omega[:, None, None]
         force = steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2
-        shared = _outer(self.by_stiffness, errors.stiffness) + force[:, None, None]
-        shared = shared + _outer(by_growth * steps.growth_std[:, None, None], np.sqrt(2.0))  # of each of its two parts
-        covariance = noise + _real(shared + errors.ratio**2 * np.eye(outputs)) / 2
-        turn = _real(self.ratio[:, :, None] * np.eye(outputs))
-        return Whitening.of(turn @ covariance @ np.swapaxes(turn, 1, 2))
+        shared = force[:, None, None] + 2 * _outer(by_growth * steps.growth_std[:, None, None])  # of each of two parts
+        turn = as_real(self.ratio[:, :, None] * np.eye(outputs))
+        given, by_stiffness, by_ratio = (
+            turn @ covariance @ np.swapaxes(turn, 1, 2)
+            for covariance in (
+                noise + as_real(shared) / 2,
+                as_real(_outer(self.by_stiffness)) / 2,
+                np.eye(2 * outputs) / 2,
+            )
+        )
+        return CovarianceTerms(given, (by_stiffness, by_ratio))
 
 
-def _outer(columns: Array, size: float) -> Array:
-    return np.asarray(size**2 * (columns @ np.swapaxes(columns.conj(), 1, 2)))
-
-
-def _real(values: Array) -> Array:
-    """Complex matrices (f, o, o) as they act on real parts above imaginary ones."""
-    return np.block([[values.real, -values.imag], [values.imag, values.real]])
+def _outer(columns: Array) -> Array:
+    return np.asarray(columns @ np.swapaxes(columns.conj(), 1, 2))

@@ -18,11 +18,11 @@ from twin.identify.linear.changed_model import changed_structure
 from twin.identify.linear.linear_fit import base_prior
 from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.model_modification import Attachment, ModelModification
-from twin.identify.residuals.error_model import SOUND, Discrepancy, ErrorModel
+from twin.identify.residuals.error_model import SOUND, ErrorModel, ErrorSources
 from twin.identify.residuals.linearisation import Linearisation
 from twin.identify.residuals.natural_frequencies import MeasuredFrequencies, StateFrequencies
 from twin.identify.residuals.prediction import Prediction
-from twin.identify.residuals.whitening import Whitening
+from twin.identify.residuals.whitening import CovarianceTerms
 from twin.structure import Structure
 from twin.structure.modes import counted_modes
 
@@ -33,7 +33,7 @@ SHEAR_GRID, NORMAL_FACTORS = np.geomspace(1e6, 3e9, 40), np.geomspace(0.4, 2.5, 
 
 
 @dataclass(frozen=True)
-class FrequencyCovariances:
+class FrequencyCovariances(ErrorSources):
     """What the variances of the residuals are made of."""
 
     std: Array
@@ -42,13 +42,16 @@ class FrequencyCovariances:
     state: NDArray[np.int64]
     """Array (n,)."""
 
-    def of_broadband(self, errors: Discrepancy) -> tuple[Whitening, ...]:
+    @property
+    def terms_of_broadband(self) -> tuple[CovarianceTerms, ...]:
         """None: nothing was recorded."""
         return ()
 
-    def of_steps(self, errors: Discrepancy) -> Whitening:
+    @property
+    def terms_of_steps(self) -> CovarianceTerms:
         """Of the frequencies' residuals (n, 1): each errs by half of what its mode's stiffness does."""
-        return Whitening(np.hypot(self.std, self.model_share * errors.stiffness / 2)[:, None, None])
+        given, by_stiffness = (std[:, None, None] ** 2 for std in (self.std, self.model_share / 2))
+        return CovarianceTerms(given, (by_stiffness, np.zeros_like(given)))
 
     @property
     def shifts(self) -> tuple[tuple[Array, ...], Array]:

@@ -58,6 +58,29 @@ class Whitening:
 
 
 @dataclass(frozen=True)
+class CovarianceTerms:
+    """Covariances (..., k, k) of small groups of residuals, as a sum."""
+
+    given: Array
+    by_square: tuple[Array, ...]
+    """What a size multiplies by its square, of each size."""
+
+    def whitening(self, *sizes: float) -> Whitening:
+        """With these sizes."""
+        terms = zip(sizes, self.by_square, strict=True)
+        return Whitening.of(self.given + sum(size**2 * each for size, each in terms))
+
+    def slopes(self, *sizes: float) -> list[Array]:
+        """Derivatives by the logarithm of each size."""
+        return [2 * size**2 * each for size, each in zip(sizes, self.by_square, strict=True)]
+
+    @property
+    def of_real_ones(self) -> CovarianceTerms:
+        """The same of the real parts above the imaginary ones, each times the square root of two."""
+        return CovarianceTerms(as_real(self.given), tuple(map(as_real, self.by_square)))
+
+
+@dataclass(frozen=True)
 class LowRankWhitening:
     """Gives residuals of unit covariance, to which columns T with standard normal amounts add, that covariance again.
 
@@ -107,10 +130,14 @@ class HarmonicResiduals:
             field=self.field[keep],
         )  # fmt: skip
 
+    @cached_property
+    def terms(self) -> CovarianceTerms:
+        """Of their covariance with the shares."""
+        return CovarianceTerms(self.covariance, (self.shares @ np.conj(np.swapaxes(self.shares, 2, 3)),))
+
     def whitening(self, share_error: float) -> Whitening:
         """With errors of the shares that are so many times the usual ones."""
-        shares = share_error * self.shares
-        return Whitening.of(self.covariance + shares @ np.conj(np.swapaxes(shares, 2, 3)))
+        return self.terms.whitening(share_error)
 
     def whiten(self, values: Array, whitening: Whitening) -> Array:
         """Real whitened values (r,) of complex ones (s, h, o), or (r, u) of (s, h, o, u)."""
@@ -118,9 +145,16 @@ class HarmonicResiduals:
         return real_ones(white)
 
 
-def real_ones(white: Array) -> Array:
+def as_real(matrices: Array) -> Array:
+    """Complex matrices (..., k, k) as they act on real parts above imaginary ones."""
+    return np.block([[matrices.real, -matrices.imag], [matrices.imag, matrices.real]])
+
+
+def real_ones(white: Array, axis: int = 0) -> Array:
     """Whitened complex numbers (k, ...) as twice as many real ones of unit variance."""
-    real = np.empty((2, *white.shape))
-    for part, values in zip(real, (white.real, white.imag), strict=True):
-        np.multiply(values, np.sqrt(2.0), out=part)
-    return real.reshape(2 * len(white), *white.shape[1:])
+    if axis == 0:  # of many columns: one pass, where joining takes three
+        real = np.empty((2, *white.shape))
+        for part, values in zip(real, (white.real, white.imag), strict=True):
+            np.multiply(values, np.sqrt(2.0), out=part)
+        return real.reshape(2 * len(white), *white.shape[1:])
+    return np.asarray(np.sqrt(2.0) * np.concatenate([white.real, white.imag], axis))
