@@ -7,12 +7,16 @@ of its slip.  A modulus E' there holds the energy E' w o^2 / 2, with the weight 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from twin.arrays import Array
 from twin.structure.elements.thin_layer import LayerRows
 from twin.structure.structure import Structure
+
+KEPT = 32
+"""Most layers whose points are kept: every residual asks for those of its structure."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,7 @@ class LayerPoints:
         return len(self.opening)
 
 
+@lru_cache(maxsize=KEPT)
 def layer_points(structure: Structure, count: int, *, joint: int = 0, towards_middle: float = 0.0) -> LayerPoints:
     """Divide a joint's layer, however fine its mesh, into `count` equal elements.
 
