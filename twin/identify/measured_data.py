@@ -27,7 +27,7 @@ from twin.identify.spectra.settled import still_changing
 from twin.identify.spectra.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records
 from twin.identify.spectra.sweeps import rows_by_sweep
-from twin.rigs import Place, Rig, Shaker, nearest_preload, preload_name, recorded_preload
+from twin.rigs import Place, Rig, Shaker, ThinLayer, nearest_preload, preload_name, recorded_preload
 
 
 class Known(Protocol):
@@ -134,6 +134,11 @@ class MeasuredData:
         for number, effect in enumerate(self.effects):
             whole = whole.merged(effect.modification(replace(self, effects=self.effects[:number])))
         return whole
+
+    @cached_property
+    def joints(self) -> tuple[ThinLayer, ...]:
+        """The rig's; its file's format may have to make them anew."""
+        return self.rig.joints
 
     @cached_property
     def changed_models(self) -> ChangedModels:

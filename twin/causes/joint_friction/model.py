@@ -27,7 +27,7 @@ class JointFriction(JointCause):
         return tuple(
             {**label, "layer_element": str(n + 1)}
             for label in super().labels(evidence)
-            for n in range(evidence.rig.joints[self.number(evidence, label)].layer_elements)
+            for n in range(evidence.joints[self.number(evidence, label)].layer_elements)
         )
 
     def assumed(self, evidence: MeasuredData) -> Label:
@@ -40,7 +40,7 @@ class JointFriction(JointCause):
         The displacement is sought instead of the force, which says nothing of amplitude before the stiffness is known.
         """
         joint = self.number(evidence, label)
-        points = layer_points(evidence.model.structure, evidence.rig.joints[joint].layer_elements, joint=joint)
+        points = layer_points(evidence.model.structure, evidence.joints[joint].layer_elements, joint=joint)
         unit = float(evidence.model.reference_G[joint] * np.sum(points.slip_weight))
         # Slip of the point where the rig moves as far as was measured and its joint is linear, m.
         slip = float(largest_motion(evidence, joint)[1][int(label["layer_element"]) - 1])
@@ -86,7 +86,7 @@ class JointFriction(JointCause):
     def _slip(self, evidence: MeasuredData, label: Label) -> Callable[[Structure], Any]:
         """Row of the point's slip, m."""
         joint, number = self.number(evidence, label), int(label["layer_element"]) - 1
-        count = evidence.rig.joints[joint].layer_elements
+        count = evidence.joints[joint].layer_elements
         return lambda structure: layer_points(structure, count, joint=joint).slip[number]
 
 

@@ -41,7 +41,7 @@ def law_tolerances(
     """
     softening = [
         (joint, law)
-        for joint, law in zip(residual_model.evidence.rig.joints, baseline.laws, strict=False)
+        for joint, law in zip(residual_model.evidence.joints, baseline.laws, strict=False)
         if np.any(law.softening)
     ]
     of_openings = []

@@ -174,7 +174,7 @@ def _with_own_law(
 
     Sharp resonances make a law that was found beside another model a trap.
     """
-    if not (len(evidence.steps) and evidence.rig.joints):
+    if not (len(evidence.steps) and evidence.joints):
         return start
     residual_model = ResidualModel(evidence, modification_of(evidence, hypotheses), harmonics, errors=errors)
     own = law_from_steps(residual_model, start.base)
