@@ -11,8 +11,9 @@ so its evidence is the largest over sizes between, of the model's without it the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -38,6 +39,7 @@ from twin.identify.cholesky import Cholesky
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.residuals.error_model import SPREAD, ErrorModel, log_prior
+from twin.identify.residuals.frequency_model import FrequencyModel
 from twin.identify.residuals.likelihood import residual_model, solves_modes, sound_errors
 from twin.identify.residuals.linearisation import Linearisation
 from twin.identify.residuals.prediction import Prediction
@@ -89,7 +91,7 @@ class _Signatures:
 
     weighed: WeighedProblem
     each: list[_Signature]
-    model: FittedModel
+    left_by: _LeftBy
 
     @classmethod
     def at(
@@ -100,19 +102,17 @@ class _Signatures:
         causes: Mapping[str, Cause],
     ) -> _Signatures:
         weighed = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, frozen=True).weighed()
-        common = (evidence, harmonics, model, weighed.held, weighed.here)
-        found = parallel_map(_signatures_of, common, [(cause,) for cause in causes.values()])
-        return cls(weighed, [signature for each in found for signature in each], model)
+        left_by = _LeftBy.at(weighed, model)
+        found = parallel_map(_signatures_of, (left_by, weighed.here), [(cause,) for cause in causes.values()])
+        return cls(weighed, [signature for each in found for signature in each], left_by)
 
     def tolerances(self) -> ResidualColumns:
         """What a sound rig may have of every cause, and of what a joint's law leaves out."""
         problem, held, here = self.weighed.problem, self.weighed.held, self.weighed.here
-        evidence, harmonics = problem.evidence, problem.harmonics
         tolerated = [signature.tolerated for signature in self.each if signature.strengths]
-        plain = residual_model(evidence, modification_of(evidence, self.model.hypotheses), harmonics, held=held)
+        plain = self.left_by.changed(ModelModification())
         if isinstance(plain, ResidualModel):
-            left_by = _left_by(evidence, harmonics, self.model, held)
-            white, of_laws = law_tolerances(plain, self.model.baseline, here.residual, left_by)
+            white, of_laws = law_tolerances(plain, problem.start, here.residual, self.left_by)
             tolerated += [*white, *(columns.whitened(held) for columns in of_laws)]
         columns = np.column_stack([np.zeros((len(here.residual), 0)), *tolerated])
         columns = _principal(_beside_unknowns(columns, here.jacobian, problem))
@@ -179,35 +179,46 @@ def _between(errors: ErrorModel, sound: ErrorModel) -> list[ErrorModel]:
     return [errors.with_log_sizes(start + share * (end - start)) for share in np.linspace(0.0, 1.0, count)]
 
 
-def _left_by(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    model: FittedModel,
-    held: Linearisation,
-    *,
-    added: bool = True,
-) -> Callable[[ModelModification], Array]:
-    """What a modification of a fitted model leaves as its whitened residual (r,).
+@dataclass(frozen=True)
+class _LeftBy:
+    """What a modification of a fitted model leaves as its whitened residual.
 
     With what harmonics add beside it, as moduli have: otherwise two per cent of a soft joint would be no moduli's.
-    Without that (`added`) what is attached at one port acts by its stiffness at the drive frequency alone.
     """
-    without, baseline = modification_of(evidence, model.hypotheses), model.baseline
-    plain = residual_model(evidence, without, harmonics, held=held)
-    before = None
-    if added and held.balance is not None and isinstance(plain, ResidualModel):
-        before, harmonics_before = plain.added_beyond(held, baseline)
 
-    def left_by(modification: ModelModification) -> Array:
-        whole = without.merged(modification)
-        changed = residual_model(evidence, whole, harmonics, held=held)
-        if before is not None and isinstance(changed, ResidualModel):
-            more = changed.added_beyond(held, baseline, start=harmonics_before)[0] - before
+    evidence: MeasuredData
+    harmonics: HarmonicResiduals | None
+    model: FittedModel
+    held: Linearisation
+    before: tuple[Array, Array] | None = None
+    """What harmonics add without it, and the openings' harmonics, see :meth:`ResidualModel.added_beyond`."""
+
+    @classmethod
+    def at(cls, weighed: WeighedProblem, model: FittedModel) -> _LeftBy:
+        problem, held = weighed.problem, weighed.held
+        found = cls(problem.evidence, problem.harmonics, model, held)
+        plain = found.changed(ModelModification())
+        if held.balance is None or not isinstance(plain, ResidualModel):
+            return found
+        return replace(found, before=plain.added_beyond(held, model.baseline))
+
+    def changed(self, modification: ModelModification) -> ResidualModel | FrequencyModel:
+        """The model with the modification."""
+        whole = modification_of(self.evidence, self.model.hypotheses).merged(modification)
+        return residual_model(self.evidence, whole, self.harmonics, held=self.held)
+
+    def __call__(self, modification: ModelModification, *, added: bool = True) -> Array:
+        """The residual (r,).
+
+        Unless `added`, what is attached at one port acts by its stiffness at the drive frequency alone.
+        """
+        changed, baseline = self.changed(modification), self.model.baseline
+        if added and self.before is not None and isinstance(changed, ResidualModel):
+            before, start = self.before
+            more = changed.added_beyond(self.held, baseline, start=start)[0] - before
             if np.isfinite(more).all():  # a layer whose lost contact has no balance adds what it did
-                changed = residual_model(evidence, whole, harmonics, held=held.adding(more))
+                changed = changed.holding(self.held.adding(more))
         return changed.evaluate(baseline, sensitivities=False).residual
-
-    return left_by
 
 
 def _beside_unknowns(columns: Array, jacobian: Array, problem: FitProblem) -> Array:
@@ -231,21 +242,12 @@ def _principal(columns: Array) -> Array:
     return np.asarray(U[:, size > LIMITS.score_test_felt] * size[size > LIMITS.score_test_felt])
 
 
-def _signatures_of(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    model: FittedModel,
-    held: Linearisation,
-    prediction: Prediction,
-    cause: Cause,
-) -> list[_Signature]:
+def _signatures_of(left_by: _LeftBy, prediction: Prediction, cause: Cause) -> list[_Signature]:
     """Signatures of every label and starting place of one cause."""
-    left_by = _left_by(evidence, harmonics, model, held)
-    plain = residual_model(evidence, modification_of(evidence, model.hypotheses), harmonics, held=held)
+    evidence, plain = left_by.evidence, left_by.changed(ModelModification())
     small = None
     if isinstance(plain, ResidualModel):
-        at_the_drive = _left_by(evidence, harmonics, model, held, added=False)
-        small = AttachmentSignatures(plain, prediction, left_by, at_the_drive)
+        small = AttachmentSignatures(plain, prediction, left_by, partial(left_by, added=False))
     found: list[_Signature] = []
     for label in cause.labels(evidence):
         if time_is_up():

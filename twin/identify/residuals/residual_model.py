@@ -5,7 +5,10 @@ values of the joint's law at its knots.  All sensitivities are products of recep
 on the logarithm of the response as there (equation 16), but of its complex value, so that phase counts too.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -47,9 +50,18 @@ class ResidualModel(ForwardModel):
         self.harmonics = harmonics
         self.laws = len(self.model.structure.joints)
         self.errors = errors
+        self._hold(held)
+
+    def _hold(self, held: Linearisation | None) -> None:
         self._held = held
         if held is not None and held.balance is not None:
             self.local = self.local_at(held.balance)
+
+    def holding(self, held: Linearisation) -> ResidualModel:
+        """The same with other weights, balance and harmonics."""
+        other = copy(self)
+        other._hold(held)
+        return other
 
     def prior(self, baseline: BaselineParameters) -> tuple[Array, Array]:
         """Mean and precision (u, u) of the unknowns: wide, but the law smooth over neighbouring knots."""
