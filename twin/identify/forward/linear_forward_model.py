@@ -32,12 +32,11 @@ class LinearForwardModel:
     def __init__(self, evidence: MeasuredData, modification: ModelModification | None = None) -> None:
         self.evidence = evidence
         self.modification = evidence.known.merged(modification) if modification else evidence.known
-        self.model = _extended_model(evidence, self.modification)
-        self.layer_elements = tuple(joint.layer_elements for joint in evidence.rig.joints)
-        joints = [joint.name for joint in self.model.structure.joints]
+        model, extra = _changed_model(evidence, self.modification)
+        joints = [joint.name for joint in model.structure.joints]
         towards = [self.modification.towards_middle.get(name, 0.0) for name in joints]
-        self.points = points_of_joints(self.model.structure, self.layer_elements, towards)
-        self.step_model = self.model.with_points(self.points.rows)
+        self.points = points_of_joints(model.structure, [joint.layer_elements for joint in evidence.joints], towards)
+        self.model, self.step_model = evidence.changed_models.ported(model, extra, self.points.rows)
         self.moduli = (self.model.reference_E, self.model.reference_G)
         factors = np.array([self.modification.moduli_factor.get(name, LIMITS.unchanged_moduli) for name in joints])
         self.moduli_factors = tuple(factors.reshape(-1, 2).T)
@@ -159,8 +158,8 @@ class LinearForwardModel:
         return into + self.modification.base_receptance * omega[:, None] ** 2 * R[:, :, p.extra.stop - 1]
 
 
-def _extended_model(evidence: MeasuredData, modification: ModelModification) -> LinearModel:
-    """The linear model with the extension's structure, positions and ports."""
+def _changed_model(evidence: MeasuredData, modification: ModelModification) -> tuple[LinearModel, Array]:
+    """The linear model with the extension's structure and positions; and its ports (p, n)."""
     model = evidence.model
     if modification.changes_structure or modification.output_offset_m or modification.drive_offset_m:
         model = evidence.changed_models.model(modification, evidence.outputs)
@@ -169,4 +168,4 @@ def _extended_model(evidence: MeasuredData, modification: ModelModification) -> 
     if modification.base_receptance:
         s = model.structure
         rows.append((s.M @ s.rigid_translation(evidence.rig.drive_place.direction))[None])
-    return model.with_ports(np.vstack(rows)) if rows else model
+    return model, np.vstack([np.zeros((0, model.structure.size)), *rows])

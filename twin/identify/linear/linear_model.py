@@ -159,7 +159,7 @@ class Ports:
         return slice(len(self.outer), self.modal.start)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LinearModel:
     """A structure, its modal basis at reference moduli (j,), N/m2, and its ports."""
 
