@@ -98,9 +98,6 @@ class ResidualModel(ForwardModel):
 
     def evaluate(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Prediction:
         """Residual of all evidence, with its sensitivities unless they are not wanted (the jacobian is zero then)."""
-        return Prediction.of(self._blocks(baseline, sensitivities), len(baseline.vector))
-
-    def _blocks(self, baseline: BaselineParameters, sensitivities: bool) -> list[tuple[str, tuple[Array, Columns]]]:
         held = self._held or self.linearisation(baseline, sensitivities=sensitivities)
         out = [
             (f"broadband {i}", self._broadband(i, baseline, whitening, sensitivities))
@@ -114,7 +111,7 @@ class ResidualModel(ForwardModel):
             if self.harmonics is not None:
                 whitening = held.harmonics or self.harmonics.whitening(self.errors.harmonics)
                 out.append(("harmonics", self._harmonics(baseline, R, balance, whitening, change)))
-        return out
+        return Prediction.of(out, len(baseline.blocks))
 
     def balance_at(self, held: Linearisation, baseline: BaselineParameters) -> Balance:
         """The balance where the unknowns are others, and where contact is lost in another way."""
@@ -143,24 +140,21 @@ class ResidualModel(ForwardModel):
         self, index: int, baseline: BaselineParameters, whitening: Whitening, sensitivities: bool
     ) -> tuple[Array, Columns]:
         data = self.evidence.broadband[index]
-        shows = len(baseline.shown) > 0
-        R, omega = felt_receptance(self, data, baseline, inner=sensitivities or shows)
+        R, omega = felt_receptance(self, data, baseline, inner=sensitivities or len(baseline.shown) > 0)
         # log of the ratio: the paper's dB residual and the phase at once, and no false minima of hidden resonances.
         log_ratio = np.log(data.H / self.responses(R, omega))
-        if shows:
+        columns: Columns = []
+        if len(baseline.shown):
             by_shown = log_response_by_shown(self, R, omega)
             log_ratio = log_ratio - by_shown @ baseline.shown
-        residual = real_ones(whitening(log_ratio))
-        columns: Columns = []
+            columns.append((baseline.of_shown, real_ones(whitening.columns(by_shown))))
         if sensitivities:
             change = self._broadband_change(data, baseline, R, omega)
             columns.append((slice(change.shape[2]), real_ones(whitening.columns(change))))
             if own_shifts(self.evidence, baseline.shifts):
                 by_shift = SHIFT * change[:, :, baseline.blocks["frequency_discrepancy"]].sum(axis=2)
                 columns.append((baseline.of_shifts.start + index, real_ones(whitening(by_shift))))
-            if shows:
-                columns.append((baseline.of_shown, real_ones(whitening.columns(by_shown))))
-        return residual, columns
+        return real_ones(whitening(log_ratio)), columns
 
     def _broadband_change(self, data: BinnedResponse, baseline: BaselineParameters, R: Array, omega: Array) -> Array:
         """D log response / d base parameters (b, o, u)."""
@@ -175,8 +169,7 @@ class ResidualModel(ForwardModel):
     ) -> tuple[Array, Columns]:  # fmt: skip
         """Residuals of the inverse response, which is nearly linear in every stiffness, times the measured one."""
         ratio = self.measured_over_predicted(R, omega)
-        r = ratio - 1
-        white = whitening(np.concatenate([r.real, r.imag], axis=1))
+        white = whitening(np.concatenate([ratio.real - 1, ratio.imag], axis=1))
         if change is None:
             return white, []
         J = ratio[:, :, None] * change[0]
