@@ -77,10 +77,10 @@ def refine_poles(
         return residual, jacobian
 
     def moved(x: Array, step: Array) -> Array:
-        return np.asarray(x + step * min(1.0, LIMITS.largest_step / max(_size(step, x), 1e-300)))
+        return np.asarray(x + step * min(1.0, LIMITS.largest_step / max(_size(step, x, w), 1e-300)))
 
-    # A pole far below all lines, which may wander to nothing, is one remainder more.
-    lower = np.repeat([np.log(1e-2 * np.min(w[w > 0])), -np.inf], m)
+    # A pole far below all lines, which may wander to nothing, is one remainder more; none beyond tells its damping.
+    lower = np.repeat([np.log(1e-2 * np.min(w[w > 0])), np.log(LIMITS.refinement_damping)], m)
     solution = minimise(
         evaluate, start, mean=start, precision=HARDLY * np.eye(2 * m), iterations=iterations,
         tolerance=TOLERANCE, steps=StepRule(bounds=(lower, np.full(2 * m, np.inf)), moved=moved),
@@ -92,10 +92,12 @@ def refine_poles(
     return PoleFit(np.exp(x[:m]), np.exp(x[m:]), covariance, residues, remainders, band, solution.chi2, dof)
 
 
-def _size(step: Array, x: Array) -> float:
-    """Largest change of a log damping, or of a frequency in half-widths."""
+def _size(step: Array, x: Array, w: Array) -> float:
+    """Largest change of a log damping, or of a frequency in half-widths, or over its distance from all lines `w`."""
     m = len(x) // 2
-    return float(max(np.max(np.abs(step[m:])), np.max(np.abs(step[:m]) / np.exp(x[m:])) / 4))
+    omega = np.exp(x[:m])
+    reach = np.max([np.exp(x[m:]), w[0] / omega - 1, 1 - w[-1] / omega], axis=0)
+    return float(max(np.max(np.abs(step[m:])), np.max(np.abs(step[:m]) / reach) / 4))
 
 
 def _projected(x: Array, w: Array, H: Array, weight: Array) -> tuple[Array, Array, Array, Array]:
