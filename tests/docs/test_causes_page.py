@@ -35,7 +35,11 @@ def test_the_page_of_a_cause_shows_its_case_of_this_version(cause):
     assert case["version"] == version("virtual-test-rig")
     assert case["verdict"]
     assert case["answer"]
-    assert case["hidden"] == dict(cause_cases.drawn(cause).effects[0].parameters), "python docs/cause_cases.py"
+    hidden, drawn = case["hidden"], cause_cases.drawn(cause).effects[0].parameters
+    assert list(hidden) == list(drawn), "python docs/cause_cases.py"
+    for name, value in drawn.items():  # another processor sums a structure's parts with other last bits
+        same = value if isinstance(value, str) else pytest.approx(value, rel=1e-12)
+        assert hidden[name] == same, "python docs/cause_cases.py"
     assert (DOCS / "causes" / f"{cause}.png").read_bytes().startswith(b"\x89PNG")
     advice = advice_on(cause)
     assert advice is not None

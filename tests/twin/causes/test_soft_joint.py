@@ -16,7 +16,7 @@ from twin.rigs import load_rig
 
 def test_the_products_stay_and_the_prior_is_as_probable_as_it_can_be():
     rig = load_rig("steel-lap-joint")
-    evidence = SimpleNamespace(rig=rig, preload="120N")
+    evidence = SimpleNamespace(rig=rig, joints=rig.joints, preload="120N")
     nominal = nominal_parameters(rig, preload="120N")
     knots = np.array([1e-7, 1e-6])
     softer = replace(nominal, E=0.8 * nominal.E, G=0.6 * nominal.G)
