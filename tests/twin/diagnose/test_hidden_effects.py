@@ -62,9 +62,7 @@ def test_a_hidden_effect_is_named(tmp_path, cause, seed):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    reason="not named since noise is reduced without the rig", strict=False
-)
+@pytest.mark.xfail(reason="not named since noise is reduced without the rig", strict=False)
 def test_a_soft_joint_is_named_though_the_moduli_alone_could_follow_it(tmp_path):
     """They would, at eight standard deviations: nothing but their prior speaks for a cause."""
     hidden, found = hide_and_diagnose(tmp_path, "joint-stiffness", 1901)
