@@ -61,17 +61,28 @@ def test_a_hidden_effect_is_named(tmp_path, cause, seed):
     check(cause, *hide_and_diagnose(tmp_path, cause, seed), tmp_path)
 
 
+@pytest.fixture(scope="module")
+def soft_joint(tmp_path_factory):
+    """The moduli would follow it, at eight standard deviations: nothing but their prior speaks for a cause."""
+    return hide_and_diagnose(tmp_path_factory.mktemp("soft-joint"), "joint-stiffness", 1901)
+
+
 @pytest.mark.slow
-@pytest.mark.xfail(reason="not named since noise is reduced without the rig", strict=False)
-def test_a_soft_joint_is_named_though_the_moduli_alone_could_follow_it(tmp_path):
-    """They would, at eight standard deviations: nothing but their prior speaks for a cause."""
-    hidden, found = hide_and_diagnose(tmp_path, "joint-stiffness", 1901)
+def test_a_soft_joint_is_named_though_the_moduli_alone_could_follow_it(soft_joint):
+    hidden, found = soft_joint
     assert found.verdict == "explained"
     assert found.causes[0].cause == "joint-stiffness"
     for name, value in hidden.items():
-        estimate = found.causes[0].parameters[name]
         # Nobody knows the moduli that the factors count from better than within ten per cent.
-        assert abs(estimate.value / value - 1) < 0.25
+        assert abs(found.causes[0].parameters[name].value / value - 1) < 0.25
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(reason="differences by a factor and derivatives by the moduli do not cancel: 10.2 % is told")
+def test_a_soft_joint_is_known_as_well_as_the_moduli_are_beforehand(soft_joint):
+    hidden, found = soft_joint
+    for name in hidden:
+        estimate = found.causes[0].parameters[name]
         assert 0.03 < estimate.std / estimate.value < 0.1
 
 
