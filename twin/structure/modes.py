@@ -48,6 +48,13 @@ def rigid_motions(omega: Array) -> int:
     return int(np.count_nonzero(omega[:MOST_RIGID] < LIMITS.modes_rigid * elastic))
 
 
+def elastic_modes(M: Array | csr_array, K: Array | csr_array, count: int) -> Modes:
+    """The lowest `count` modes that strain something."""
+    modes = normal_modes(M, K, count + MOST_RIGID)
+    first = rigid_motions(modes.omega)
+    return Modes(modes.omega[first : first + count], modes.Phi[:, first : first + count])
+
+
 def shifted_modes(M: Array, K: Array, count: int, *, shift: float) -> Modes:
     """The lowest `count` modes as the largest 1 / (omega^2 + shift): exact in the low ones, with negative masses too.
 

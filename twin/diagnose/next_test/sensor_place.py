@@ -100,7 +100,7 @@ def _with_channel(evidence: MeasuredData, data: BinnedResponse, H: Array) -> Bin
     """The bins with responses H (b, o + 1), the last channel as noisy as the quietest accelerometer."""
     bins, outputs = data.H.shape
     accelerometers = [i for i, output in enumerate(evidence.outputs) if output.quantity == "acceleration"]
-    own = np.real(np.einsum("boo->bo", data.relative_covariance)) * np.abs(data.H) ** 2
+    own = data.variance * np.abs(data.H) ** 2
     absolute = np.min(own[:, accelerometers or range(outputs)], axis=1)
     covariance = np.zeros((bins, outputs + 1, outputs + 1), complex)
     covariance[:, :outputs, :outputs] = data.relative_covariance

@@ -12,8 +12,7 @@ from twin.identify.linear.linear_model import LinearModel, LinearParameters
 from twin.identify.modes.from_record import response_of_record
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.identify.spectra.spectrum import BroadbandRecord
-from twin.structure import normal_modes, rigid_motions
-from twin.structure.modes import MOST_RIGID
+from twin.structure import elastic_modes
 
 MODULI_STD = 0.1 / np.sqrt(3)
 """Prior of the logarithms of E' and G': no experimenter knows them to better than ten per cent, evenly spread."""
@@ -191,9 +190,7 @@ def follow_resonances(
 def on_the_resonances(model: LinearModel, base: LinearParameters, resonances_Hz: Array) -> LinearParameters:
     """The same, with the model's first modes on the measured resonances, where one is near enough."""
     structure, count = model.structure, LIMITS.damped_modes
-    modes = normal_modes(structure.M, structure.stiffness(base.E, base.G), count + MOST_RIGID)
-    first = rigid_motions(modes.omega)
-    model_Hz = modes.frequency_Hz[first : first + count]
+    model_Hz = elastic_modes(structure.M, structure.stiffness(base.E, base.G), count).frequency_Hz
     frequency_discrepancy = np.zeros(count)
     for r, frequency in enumerate(model_Hz):
         near = [f for f in resonances_Hz if np.argmin(np.abs(np.log(model_Hz / f))) == r]

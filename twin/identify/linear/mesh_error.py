@@ -11,8 +11,7 @@ from twin.arrays import Array
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import MODULI_STD
 from twin.rigs import Rig
-from twin.structure import Modes, Structure, assemble, normal_modes, rigid_motions
-from twin.structure.modes import MOST_RIGID
+from twin.structure import Modes, Structure, assemble, elastic_modes
 from twin.structure.sparse import handy
 
 
@@ -47,6 +46,4 @@ def _elastic_modes(structure: Structure, E: Array, G: Array) -> Modes:
     for joint, e, g in zip(structure.joints, E, G, strict=True):
         KE, KG = joint.sparse
         K = K + e * KE + g * KG
-    modes = normal_modes(handy(structure.sparse_M), handy(K), MOST_RIGID + LIMITS.damped_modes)
-    elastic = slice(rigid_motions(modes.omega), None)
-    return Modes(modes.omega[elastic][: LIMITS.damped_modes], modes.Phi[:, elastic][:, : LIMITS.damped_modes])
+    return elastic_modes(handy(structure.sparse_M), handy(K), LIMITS.damped_modes)

@@ -21,6 +21,10 @@ from twin.identify.spectra.broadband import (
 from twin.identify.spectra.driven_gaps import driven_through
 from twin.identify.spectra.spectrum import BroadbandRecord, h1
 
+Responses = Callable[[Array], Array]
+"""Responses (f, o) at omega (f,)."""
+NO_POLES = np.zeros(0, complex)
+
 
 def modes_of_record(
     record: BroadbandRecord, *, force: str, channels: tuple[str, ...], band_Hz: tuple[float, float] | None = None
@@ -40,8 +44,7 @@ def modes_of_record(
         If the band holds too few lines or no mode.
     """
     response = response_of_record(record, force=force, channels=channels, band_Hz=band_Hz)
-    variance = np.einsum("foo->fo", response.relative_covariance).real
-    return fit_modes(response.frequency_Hz, response.H, np.sqrt(variance) * np.abs(response.H)), response
+    return fit_modes(response.frequency_Hz, response.H, np.sqrt(response.variance) * np.abs(response.H)), response
 
 
 def response_of_record(
@@ -81,12 +84,8 @@ def response_of_record(
         response = bin_response(record, binning)
         resonances = np.concatenate([resonances, hidden_resonances(response)])
         frequency_Hz, H = response.frequency_Hz, response.H
-        std = np.sqrt(np.einsum("foo->fo", response.relative_covariance).real) * np.abs(H)
+        std = np.sqrt(response.variance) * np.abs(H)
     return response
-
-
-Responses = Callable[[Array], Array]
-"""Responses (f, o) at omega (f,)."""
 
 
 def _interpolated(frequency_Hz: Array, H: Array) -> Responses:
@@ -99,6 +98,3 @@ def _settled(before: Array, poles: Array) -> bool:
         return False
     one, other = (each[np.argsort(each.imag)] for each in (before, poles))
     return bool(np.all(np.abs(other - one) < LIMITS.from_record_moved * np.abs(other.real)))
-
-
-NO_POLES = np.zeros(0, complex)

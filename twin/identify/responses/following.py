@@ -59,7 +59,7 @@ def follow(model: LinearModel, data: BinnedResponse, nominal: LinearParameters) 
 
     solution = None
     for error in (LIMITS.following_loose, LIMITS.following_tight):
-        noise = np.sqrt(np.einsum("boo->bo", data.relative_covariance).real + (error * data.depth) ** 2)
+        noise = np.sqrt(data.variance + (error * data.depth) ** 2)
 
         def evaluate(x: Array, noise: Array = noise) -> tuple[Array, Array]:
             there, base = parts(x)

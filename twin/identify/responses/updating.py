@@ -21,8 +21,7 @@ from twin.identify.responses.evidence import Gathered, gather_responses
 from twin.identify.responses.limits import LIMITS
 from twin.identify.responses.parameters import UpdatedParameter, parameters_of
 from twin.rigs import Place, Rig, StructureRig, moduli_values
-from twin.structure import assemble, normal_modes, rigid_motions
-from twin.structure.modes import MOST_RIGID
+from twin.structure import assemble, elastic_modes
 
 
 @dataclass(frozen=True)
@@ -182,13 +181,10 @@ def _measured(found: Gathered) -> MatchedModes:
 def modes_of(rig: Rig, preload: str, places: Sequence[Place], *, count: int = IDENTIFY.damped_modes) -> MatchedModes:
     """The first modes of a rig, with their modal constants between places and the drive, 1/kg."""
     structure = assemble(rig)
-    modes = normal_modes(structure.M, structure.stiffness(*moduli_values(rig, preload)), count + MOST_RIGID)
-    first = rigid_motions(modes.omega)
-    kept = slice(first, first + count)
-    Phi = modes.Phi[:, kept]
-    drive = structure.row(rig.drive_place) @ Phi
-    read = np.array([structure.row(place) @ Phi for place in places]).reshape(-1, Phi.shape[1])
-    return MatchedModes(modes.omega[kept] / (2 * np.pi), read * drive)
+    modes = elastic_modes(structure.M, structure.stiffness(*moduli_values(rig, preload)), count)
+    drive = structure.row(rig.drive_place) @ modes.Phi
+    read = np.array([structure.row(place) @ modes.Phi for place in places]).reshape(-1, modes.Phi.shape[1])
+    return MatchedModes(modes.frequency_Hz, read * drive)
 
 
 def applied(rig: Rig, parameters: Sequence[UpdatedParameter], x: Array) -> Rig:

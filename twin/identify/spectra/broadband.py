@@ -58,6 +58,11 @@ class BinnedResponse:
         """Bin centres, rad/s."""
         return 2 * np.pi * self.frequency_Hz
 
+    @property
+    def variance(self) -> Array:
+        """Complex variance of each response's error, relative, (b, o)."""
+        return np.asarray(np.einsum("boo->bo", self.relative_covariance).real)
+
     @cached_property
     def depth(self) -> Array:
         """How far each response lies below its surroundings, (b, o), at least 1: large between resonances.
