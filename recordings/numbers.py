@@ -12,8 +12,9 @@ SMALLEST = 1e-15
 Positive = Annotated[float, Field(ge=SMALLEST, le=LARGEST, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]
 Finite = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
-Modulus = Annotated[float, Field(ge=SMALLEST, le=1e13, allow_inf_nan=False)]
-"""Of elasticity, N/m2; diamond has 1.2e12."""
+STIFFEST = 1e13
+"""Modulus of elasticity, N/m2; diamond has 1.2e12."""
+Modulus = Annotated[float, Field(ge=SMALLEST, le=STIFFEST, allow_inf_nan=False)]
 Density = Annotated[float, Field(ge=SMALLEST, le=1e6, allow_inf_nan=False)]
 """kg/m3; osmium has 22 590, and a beam may carry what is not modelled."""
 Length = Annotated[float, Field(ge=1e-9, le=1e4, allow_inf_nan=False)]

@@ -5,6 +5,7 @@ from itertools import product
 
 import numpy as np
 
+from recordings.numbers import SMALLEST, STIFFEST
 from twin.arrays import Array
 from twin.identify.gauss_newton import StepRule, minimise
 from twin.identify.limits import LIMITS
@@ -86,10 +87,11 @@ def largest_step(base: LinearParameters) -> Array:
 
 
 def base_bounds(joints: int = 1) -> tuple[Array, Array]:
-    """Limits of ``base.vector``: no loss factor is negative, no damping ratio below a hundred-thousandth."""
+    """Limits of ``base.vector``: moduli as a rig file takes them, loss factors from 0, damping ratios from 1e-5."""
     pack = LinearParameters.blocks(joints).pack
-    lower = {"log_E": -np.inf, "log_G": -np.inf, "loss_E": 0.0, "loss_G": 0.0, "log_zeta": np.log(1e-5)}
-    upper = {"log_E": np.inf, "log_G": np.inf, "loss_E": 1.0, "loss_G": 3.0, "log_zeta": np.log(0.3)}
+    softest, stiffest = np.log(1.01 * SMALLEST), np.log(0.99 * STIFFEST)  # rounding must not lead beyond
+    lower = {"log_E": softest, "log_G": softest, "loss_E": 0.0, "loss_G": 0.0, "log_zeta": np.log(1e-5)}
+    upper = {"log_E": stiffest, "log_G": stiffest, "loss_E": 1.0, "loss_G": 3.0, "log_zeta": np.log(0.3)}
     return pack(lower | {"frequency_discrepancy": -0.3}), pack(upper | {"frequency_discrepancy": 0.3})
 
 
