@@ -252,15 +252,15 @@ class FitProblem:
             return begun
         return replace(begun, held=replace(begun.held, by_causes=begun.added_by_causes()))
 
-    def beside(self, x: Array, coarse: float = 0.0) -> Iterator[tuple[Array, float]]:
-        """For each of the causes' parameters the vector with it moved, inside its limits, and by how much."""
+    def beside(self, x: Array, coarse: float = 0.0) -> Iterator[tuple[Array, Array, float]]:
+        """For each of the causes' parameters two vectors with it less and more, inside its limits, and how far apart."""
         for number, (i, p) in enumerate(self.slots, self.count):
             value = x[number] * p.scale
             step = difference_step(p, value, remakes=self._remakes[i], coarse=coarse)
-            step = (-step if value + step > p.upper else step) / p.scale
-            moved = x.copy()
-            moved[number] += step
-            yield moved, step
+            less, more = x.copy(), x.copy()
+            less[number] = max(value - step, p.lower) / p.scale
+            more[number] = min(value + step, p.upper) / p.scale
+            yield less, more, more[number] - less[number]
 
 
 @dataclass(frozen=True, eq=False)
@@ -284,7 +284,10 @@ class WeighedProblem:
     def evaluate(self, x: Array) -> Prediction:
         """The whitened residual and its sensitivities to all parameters."""
         found = self.predict(x, sensitivities=True)
-        columns = [(found.residual - self.predict(moved).residual) / step for moved, step in self.problem.beside(x)]
+        columns = [
+            (self.predict(less).residual - self.predict(more).residual) / apart
+            for less, more, apart in self.problem.beside(x)
+        ]
         return replace(found, jacobian=np.column_stack([found.jacobian, *columns]))
 
     def added_by_causes(self) -> Array:
@@ -298,9 +301,10 @@ class WeighedProblem:
             assert isinstance(model, ResidualModel)
             return model.added_beyond(self.held, self.problem.baseline(x), start=start)
 
-        there, start = beyond(self.at)
+        _, start = beyond(self.at)
         beside = self.problem.beside(self.at, LIMITS.harmonics_step)
-        return np.stack([(beyond(moved, start)[0] - there) / step for moved, step in beside], axis=2)
+        each = [(beyond(more, start)[0] - beyond(less, start)[0]) / apart for less, more, apart in beside]
+        return np.stack(each, axis=2)
 
     def _residual_model(self, x: Array) -> ResidualModel | FrequencyModel:
         own = slice(self.problem.count, None)
@@ -380,7 +384,7 @@ def difference_step(parameter: Parameter, value: float, *, remakes: bool, coarse
     """
     along = parameter.is_location and not parameter.is_threshold
     size = parameter.scale + (0.0 if parameter.is_location else abs(value - parameter.null))
-    return max(coarse, (1e-3 if along else 3e-4) if remakes else 1e-6) * size
+    return max(coarse, (1e-3 if along else 3e-4) if remakes else 1e-5) * size
 
 
 def _free_count(solution: Solution) -> int:

@@ -211,19 +211,31 @@ def _square(r: Array) -> float:
 
 
 def _step_inside(A: Array, b: Array, free: Array, room: tuple[Array, Array], largest: Array | None) -> Array:
-    """What solves A step = b in the parameters that are free, where those it takes to a limit go no farther.
+    """The step inside its limits with the least step' A step - 2 b' step.
 
-    The others follow these: where parameters hang together, such as a smooth curve's values, one that is merely cut
-    off at its limit tears them apart.  A step that will be shortened anyway may not come to any limit.
+    The primal-dual active set method (Hintermueller, Ito and Kunisch 2002).  Where parameters hang together, such as a
+    smooth curve's values, a step that is merely cut off at its limits may lead uphill.  A step that will be shortened
+    anyway may not come to any limit.
+
+    Parameters
+    ----------
+    free : ndarray, (n,) bool
+        Those that are not held back at their limits to begin with.
     """
-    free, step = free.copy(), np.zeros(len(b))
-    while free.any():
+    lower, upper = ~free & (room[0] >= 0), ~free & (room[0] < 0)
+    step = np.zeros(len(b))
+    for _ in range(LIMITS.gauss_newton_active_sets):
+        step, free = np.where(lower, room[0], np.where(upper, room[1], 0.0)), ~(lower | upper)
         step[free] = _solved(A[np.ix_(free, free)], b[free] - A[np.ix_(free, ~free)] @ step[~free])
-        beyond = free & ((step < room[0]) | (step > room[1]))
-        if not beyond.any() or _shorter(step, largest) < 1:
+        if _shorter(step, largest) < 1:
             break
-        step[beyond] = np.clip(step, *room)[beyond]
-        free &= ~beyond
+        pull = b - A @ step
+        below, above = (free & (step < room[0])) | (lower & (pull < 0)), (free & (step > room[1])) | (upper & (pull > 0))
+        if (below == lower).all() and (above == upper).all():
+            break
+        lower, upper = below, above
+    else:
+        return np.clip(step, *room)
     return step
 
 

@@ -73,6 +73,8 @@ class Limits:
     step."""
     gauss_newton_trials: int = 10
     """Dampings tried in one iteration, each eight times the last."""
+    gauss_newton_active_sets: int = 30
+    """Most sets of limits tried for one step; nearly all end within five."""
     gauss_newton_left: float = 0.1
     """Of the tolerance, what an undamped step may still promise where no further one is tried."""
     gauss_newton_same: float = 0.01

@@ -31,8 +31,9 @@ def fitted_rivals(
     """The models with one more cause, of those that the scores promise, the most probable first.
 
     They begin at `model`; `before` is the same with the errors that it needs beside what sound rigs have.  What the law
-    imitates may lead a fit astray: such causes begin beside no law, too, as does a leading one that has not settled;
-    where the likeliest is not as exact as sound rigs' models are, all of them, and if that is no help the others.
+    imitates may lead a fit astray: such causes begin beside no law, too, as does a leading one that fell short of
+    its maximum; where the likeliest is not as exact as sound rigs' models are, all of them, and if that is no help the
+    others.
     """
     evidence, effort = race.evidence, race.effort
     scored = _promising(evidence, scores, effort)
@@ -42,7 +43,7 @@ def fitted_rivals(
     names, imitated = {rival.cause.name for rival in promising}, _imitated(scores)
     again = [rival for rival in imitated if rival.cause.name in names]
     others = [rival for rival in promising if not rival.cause.tried_at_full_size]
-    if fits and not (leading := likeliest(fits)).solution.settled:
+    if fits and _fell_short(leading := likeliest(fits), before):
         again += [rival for rival in others if rival.key == leading.hypotheses[-1].key]
     if isinstance(evidence, MeasuredFrequencies):
         again = list(promising)  # frequencies alone have several minima: the best without a cause may lead to another
@@ -64,6 +65,11 @@ def fitted_rivals(
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
         best.setdefault(fit.hypotheses[-1].key, fit)
     return tuple(sorted(best.values(), key=lambda fit: -log_weight(evidence, fit)))
+
+
+def _fell_short(model: FittedModel, before: FittedModel) -> bool:
+    """Whether a fit did not come to a maximum, or to a false one: it contains the model without its last cause."""
+    return not model.solution.settled or model.log_evidence < before.log_evidence
 
 
 def _raced(race: Race, begun: list[Begun], report: Report) -> list[FittedModel]:

@@ -110,7 +110,7 @@ def search_causes(
                 stages.append(simpler)
                 model = simpler.best
                 data = _reduced_anew(data, model)
-    model = with_spread(*data, model, stages[-1].tolerances)
+    model = with_spread(*data, _as_told(data, model, stages[-1].tolerances), stages[-1].tolerances)
     predicts = _beside_these(data, model) if model.hypotheses else base
     model = replace(model, baseline=predicts.baseline)  # predictions have no tolerances
     return Search(base, model, tuple(stages), *data, base_harmonics)
@@ -219,6 +219,16 @@ def _beside(model: FittedModel, causes: Mapping[str, Cause]) -> dict[str, Cause]
 def _reduced_anew(data: _Reduced, best: FittedModel) -> _Reduced:
     """Harmonics less what the best model makes of the force's own: those less one's far off have its errors in them."""
     return data._replace(harmonics=None if data.harmonics is None else _harmonics(data.evidence, best))
+
+
+def _as_told(data: _Reduced, model: FittedModel, tolerances: ResidualColumns) -> FittedModel:
+    """The model at the maximum of its own posterior: rivals are compared before that."""
+    if not model.hypotheses:
+        return model
+    options = replace(REFITTED, exact=True)
+    return fit_with_errors(
+        *data, model.baseline, model.hypotheses, errors=model.errors, tolerances=tolerances, options=options
+    )
 
 
 def _beside_these(data: _Reduced, model: FittedModel) -> FittedModel:
