@@ -253,7 +253,7 @@ class FitProblem:
         return replace(begun, held=replace(begun.held, by_causes=begun.added_by_causes()))
 
     def beside(self, x: Array, coarse: float = 0.0) -> Iterator[tuple[Array, Array, float]]:
-        """For each of the causes' parameters two vectors with it less and more, inside its limits, and how far apart."""
+        """For each of the causes' parameters two vectors with less and more of it, inside its limits; how far apart."""
         for number, (i, p) in enumerate(self.slots, self.count):
             value = x[number] * p.scale
             step = difference_step(p, value, remakes=self._remakes[i], coarse=coarse)

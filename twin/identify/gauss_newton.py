@@ -230,7 +230,8 @@ def _step_inside(A: Array, b: Array, free: Array, room: tuple[Array, Array], lar
         if _shorter(step, largest) < 1:
             break
         pull = b - A @ step
-        below, above = (free & (step < room[0])) | (lower & (pull < 0)), (free & (step > room[1])) | (upper & (pull > 0))
+        below = (free & (step < room[0])) | (lower & (pull < 0))
+        above = (free & (step > room[1])) | (upper & (pull > 0))
         if (below == lower).all() and (above == upper).all():
             break
         lower, upper = below, above
