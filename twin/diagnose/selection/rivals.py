@@ -30,15 +30,26 @@ def fitted_rivals(
 ) -> tuple[FittedModel, ...]:
     """The models with one more cause, of those that the scores promise, the most probable first.
 
-    They begin at `model`; `before` is the same with the errors that it needs beside what sound rigs have.  What the law
+    They begin at `model`; `before` is the same with the errors that it needs beside what sound rigs have.  Where the
+    likeliest is not as exact as sound rigs' models are, those follow that a sound rig's errors ask for.  What the law
     imitates may lead a fit astray: such causes begin beside no law, too, as does a leading one that fell short of
-    its maximum; where the likeliest is not as exact as sound rigs' models are, all of them, and if that is no help the
-    others.
+    its maximum; where the likeliest is still not exact, all of them, and if that is no help the others.
     """
     evidence, effort = race.evidence, race.effort
     scored = _promising(evidence, scores, effort)
-    promising = [score.hypothesis for score in scored]
     fits = _raced(race, [_beside_the_law(evidence, model, score) for score in scored], report)
+
+    def exact() -> bool:
+        return likeliest(fits or [before]).errors.as_small_as(sound_errors(evidence))
+
+    if not exact():
+        # A law that errs this much leaves little to gain, until no more errors are allowed than sound rigs have.
+        known = {score.hypothesis.key for score in scored}
+        if_sound = sorted((each.if_sound for each in scores if each.if_sound), key=lambda score: -score.log_bayes)
+        asked = [score for score in _promising(evidence, if_sound, effort) if score.hypothesis.key not in known]
+        fits += _raced(race, [_beside_the_law(evidence, model, score) for score in asked], report)
+        scored += asked
+    promising = [score.hypothesis for score in scored]
     # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
     names, imitated = {rival.cause.name for rival in promising}, _imitated(scores)
     again = [rival for rival in imitated if rival.cause.name in names]
@@ -47,9 +58,6 @@ def fitted_rivals(
         again += [rival for rival in others if rival.key == leading.hypotheses[-1].key]
     if isinstance(evidence, MeasuredFrequencies):
         again = list(promising)  # frequencies alone have several minima: the best without a cause may lead to another
-
-    def exact() -> bool:
-        return likeliest(fits or [before]).errors.as_small_as(sound_errors(evidence))
 
     if not exact():
         again += [rival for rival in imitated[: effort.rivals] if rival not in again]

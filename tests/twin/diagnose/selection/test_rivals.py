@@ -27,7 +27,7 @@ def begun_of(monkeypatch):
     """Runs the rivals of a mass and a gain that were fitted; gives what begins beside no law, and what leads then."""
 
     def run(first, slider):
-        scores = [SimpleNamespace(hypothesis=hypothesis(name)) for name in NAMES]
+        scores = [SimpleNamespace(hypothesis=hypothesis(name), if_sound=None) for name in NAMES]
         begun_so_far = []
 
         def beside_no_law(race, model, hypotheses, report):
