@@ -26,14 +26,19 @@ Report = Callable[[str], None]
 
 
 def fitted_rivals(
-    race: Race, model: FittedModel, before: FittedModel, scores: Sequence[Score], report: Report
+    race: Race,
+    model: FittedModel,
+    before: FittedModel,
+    scores: Sequence[Score],
+    if_sound: Callable[[], Sequence[Score]],
+    report: Report,
 ) -> tuple[FittedModel, ...]:
     """The models with one more cause, of those that the scores promise, the most probable first.
 
     They begin at `model`; `before` is the same with the errors that it needs beside what sound rigs have.  Where the
-    likeliest is not as exact as sound rigs' models are, those follow that a sound rig's errors ask for.  What the law
-    imitates may lead a fit astray: such causes begin beside no law, too, as does a leading one that fell short of
-    its maximum; where the likeliest is still not exact, all of them, and if that is no help the others.
+    likeliest is not as exact as sound rigs' models are, those follow that score `if_sound` errors alone are allowed.
+    What the law imitates may lead a fit astray: such causes begin beside no law, too, as does a leading one that fell
+    short of its maximum; where the likeliest is still not exact, all of them, and if that is no help the others.
     """
     evidence, effort = race.evidence, race.effort
     scored = _promising(evidence, scores, effort)
@@ -42,11 +47,10 @@ def fitted_rivals(
     def exact() -> bool:
         return likeliest(fits or [before]).errors.as_small_as(sound_errors(evidence))
 
-    if not exact():
-        # A law that errs this much leaves little to gain, until no more errors are allowed than sound rigs have.
+    if not exact() and not time_is_up():
+        report("scoring causes with a sound rig's errors")
         known = {score.hypothesis.key for score in scored}
-        if_sound = sorted((each.if_sound for each in scores if each.if_sound), key=lambda score: -score.log_bayes)
-        asked = [score for score in _promising(evidence, if_sound, effort) if score.hypothesis.key not in known]
+        asked = [score for score in _promising(evidence, if_sound(), effort) if score.hypothesis.key not in known]
         fits += _raced(race, [_beside_the_law(evidence, model, score) for score in asked], report)
         scored += asked
     promising = [score.hypothesis for score in scored]

@@ -7,8 +7,8 @@ factor is u' (D + 1)^-1 u / 2 - ln det(1 + D) / 2.  One residual for each streng
 
 All that is at one size of the errors.  The model that a cause completes needs smaller ones than the model without it:
 so its evidence is the largest over sizes between, of the model's without it there and of the log Bayes factor there.
-Where the first order gains too little of that, the log Bayes factor with a sound rig's errors says what the data ask
-for.
+A law that imitates an effect with large errors leaves little of it to first order: then the model is fitted with a
+sound rig's errors alone, and scored there.
 """
 
 from __future__ import annotations
@@ -64,8 +64,6 @@ class Score:
     """Expected gain of log evidence."""
     change: Array
     """Of the base family's unknowns, to where they are most probable beside it, (u,)."""
-    if_sound: Score | None = None
-    """The same with no other errors than a sound rig's, however improbable these make the model without it."""
 
 
 @dataclass(frozen=True)
@@ -169,12 +167,8 @@ def score_causes(
         alone[number] = about.log_likelihood + log_prior(trial, sound)
         gains.append(first_orders.beside(marginal, about, trial))
     best = np.argmax([without + gain.log_bayes for without, gain in zip(alone, gains, strict=True)], axis=0)
-    unknowns = len(model.baseline.vector)
     scores = [
-        replace(
-            gains[at].score(number, signature, alone[at] - np.max(alone), unknowns),
-            if_sound=gains[-1].score(number, signature, 0.0, unknowns),
-        )
+        gains[at].score(number, signature, alone[at] - np.max(alone), len(model.baseline.vector))
         for number, (signature, at) in enumerate(zip(signatures, best, strict=True))
     ]
     return sorted(scores, key=lambda score: -score.log_bayes), tolerances, model

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -138,7 +139,7 @@ def _one_more(
     rivals: tuple[FittedModel, ...] = ()
     if len(model.hypotheses) < most:
         race = Race(evidence, harmonics, tolerances, effort)
-        rivals = fitted_rivals(race, begin, before, scores, report)
+        rivals = fitted_rivals(race, begin, before, scores, partial(_scores_if_sound, data, model, left), report)
     if not (follows or time_is_up() or any(map(_follows, rivals))):  # else it is too far behind to matter
         before = _weighed(data, model, tolerances)
     if _lead(evidence, rivals, before) and _gained_by_the_last(evidence, rivals[0]) < least_gain(evidence):
@@ -270,6 +271,13 @@ def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, mode
         )
         start, hypotheses = fit.baseline, fit.hypotheses
     return fit
+
+
+def _scores_if_sound(data: _Reduced, model: FittedModel, causes: Mapping[str, Cause]) -> list[Score]:
+    """First orders about the model as it is fitted where it may err no more than a sound rig's."""
+    sound = sound_errors(data.evidence)
+    fit = fit_model(*data, model.baseline, model.hypotheses, errors=sound, options=FitOptions(tolerance=2.0))
+    return score_causes(*data, fit, causes, errors=sound)[0]
 
 
 def _weighed(data: _Reduced, model: FittedModel, tolerances: ResidualColumns) -> FittedModel:

@@ -26,23 +26,30 @@ def fit(name, log_evidence, errors, settled=True):
 def begun_of(monkeypatch):
     """Runs the rivals of a mass and a gain that were fitted; gives what begins beside no law, and what leads then."""
 
-    def run(first, slider):
-        scores = [SimpleNamespace(hypothesis=hypothesis(name), if_sound=None) for name in NAMES]
+    def run(first, slider, *, without=0.0, if_sound=()):
+        scores, asked = (
+            [SimpleNamespace(hypothesis=hypothesis(name)) for name in names] for names in (NAMES, if_sound)
+        )
         begun_so_far = []
 
         def beside_no_law(race, model, hypotheses, report):
             begun_so_far.extend(each.key for each in hypotheses)
             return [fit(each.key, 9.0, slider) for each in hypotheses if each.key == "slider"]
 
-        monkeypatch.setattr(rivals, "_promising", lambda *_: scores[:2])
-        monkeypatch.setattr(rivals, "_beside_the_law", lambda *_: None)
-        monkeypatch.setattr(rivals, "_raced", lambda *_: list(first))
+        def raced(race, begun, report):
+            return [each for each in first if each.hypotheses[-1].key in begun]
+
+        monkeypatch.setattr(rivals, "_promising", lambda _, each, __: each if each is not scores else scores[:2])
+        monkeypatch.setattr(rivals, "_beside_the_law", lambda _, __, score: score.hypothesis.key)
+        monkeypatch.setattr(rivals, "_raced", raced)
         monkeypatch.setattr(rivals, "_raced_beside_no_law", beside_no_law)
         monkeypatch.setattr(rivals, "once_more", lambda *_: [])
         monkeypatch.setattr(rivals, "log_weight", lambda _, each: each.log_evidence)
         race = SimpleNamespace(evidence=SimpleNamespace(), effort=USUAL, harmonics=None, tolerances=None)
         race.with_best_threshold = lambda _: []
-        return begun_so_far, rivals.fitted_rivals(race, None, None, scores, print)[0].hypotheses[-1].key
+        return begun_so_far, rivals.fitted_rivals(
+            race, None, fit("none", without, NOISY), scores, lambda: asked, print
+        )[0].hypotheses[-1].key
 
     return run
 
@@ -68,3 +75,17 @@ def test_a_leading_one_that_has_not_settled_begins_anew_once_however_much_it_err
     """A soft joint ended at its first fit's last iteration, and was given up for what the law imitates."""
     first = fit("mass", 2.0, NOISY, settled=False), fit("gain", 1.0, NOISY)
     assert begun_of(first, slider)[0] == begun
+
+
+def test_a_leading_one_that_explains_less_than_the_model_it_contains_begins_anew(begun_of):
+    first = fit("mass", 2.0, SOUND), fit("gain", 1.0, SOUND)
+    assert begun_of(first, SOUND, without=3.0)[0] == ["mass"]
+
+
+def test_what_a_sound_rigs_errors_ask_for_is_fitted_where_no_other_is_exact(begun_of):
+    """A cubic spring, which the law imitates with large errors: beside these it promised less than nothing."""
+    first = fit("mass", 2.0, NOISY), fit("gain", 1.0, NOISY), fit("slider", 3.0, SOUND)
+    begun_so_far, leading = begun_of(first, SOUND, if_sound=["slider"])
+    assert leading == "slider"
+    assert begun_of((fit("mass", 2.0, SOUND), *first[1:]), SOUND, if_sound=["slider"])[1] == "mass"
+    assert begun_so_far == ["slider"]

@@ -90,11 +90,14 @@ def test_what_stood_for_a_cause_is_dropped_once_the_cause_is_found(campaign, mon
     """As where the cause's own fit has ended in another maximum in the first turn."""
     turns = []
 
-    def at_first_without_the_right_one(race, model, before, scores, report):
+    def at_first_without_the_right_one(race, model, before, scores, if_sound, report):
         turns.append(model.name)
         passed_over = {"right"} if len(turns) == 1 else set()
-        left = [score for score in scores if score.hypothesis.cause.name not in passed_over]
-        return fitted_rivals(race, model, before, left, report)
+
+        def left(scores):
+            return [score for score in scores if score.hypothesis.cause.name not in passed_over]
+
+        return fitted_rivals(race, model, before, left(scores), lambda: left(if_sound()), report)
 
     monkeypatch.setattr(search, "fitted_rivals", at_first_without_the_right_one)
     evidence = gather_data([_reading(read_run(campaign / "random.mcap"), 1.05)], load_rig("steel-lap-joint"))
