@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -111,8 +111,10 @@ def search_causes(
                 stages.append(simpler)
                 model = simpler.best
                 data = _reduced_anew(data, model)
-    model = with_spread(*data, _as_told(data, model, stages[-1].tolerances), stages[-1].tolerances)
-    predicts = _beside_these(data, model) if model.hypotheses else base
+    if model.hypotheses:  # at the maximum of its own posterior: rivals were compared before that
+        model = _refitted(data, model, stages[-1].tolerances, exact=True)
+    model = with_spread(*data, model, stages[-1].tolerances)
+    predicts = _refitted(data, model, exact=True, frozen=True) if model.hypotheses else base
     model = replace(model, baseline=predicts.baseline)  # predictions have no tolerances
     return Search(base, model, tuple(stages), *data, base_harmonics)
 
@@ -135,13 +137,13 @@ def _one_more(
     # With a cause it was fitted beside what sound rigs have before.
     anew = follows and not model.hypotheses
     scores, tolerances, begin = score_causes(evidence, harmonics, begin, left, errors=model.errors, refitted=anew)
-    before = begin if anew else (_weighed if follows else _as_it_is)(data, model, tolerances)
+    before = begin if anew else (_refitted if follows else _as_it_is)(data, model, tolerances)
     rivals: tuple[FittedModel, ...] = ()
     if len(model.hypotheses) < most:
         race = Race(evidence, harmonics, tolerances, effort)
         rivals = fitted_rivals(race, begin, before, scores, partial(_scores_if_sound, data, model, left), report)
     if not (follows or time_is_up() or any(map(_follows, rivals))):  # else it is too far behind to matter
-        before = _weighed(data, model, tolerances)
+        before = _refitted(data, model, tolerances)
     if _lead(evidence, rivals, before) and _gained_by_the_last(evidence, rivals[0]) < least_gain(evidence):
         before = likeliest((before, _without_the_last(data, rivals[0], tolerances)))
     complete = not time_is_up()
@@ -177,7 +179,7 @@ def _without_the_last(data: _Reduced, whole: FittedModel, tolerances: ResidualCo
 
     A cause gains by what it explains, not by a better minimum of all else that its fit came to.
     """
-    return _weighed(data, replace(whole, hypotheses=whole.hypotheses[:-1]), tolerances)
+    return _refitted(data, replace(whole, hypotheses=whole.hypotheses[:-1]), tolerances)
 
 
 def _one_less(
@@ -199,7 +201,7 @@ def _one_less(
         scores, tolerances, simpler = score_causes(
             evidence, harmonics, simpler, _beside(simpler, causes), refitted=True
         )
-        whole = _weighed(data, model, tolerances)
+        whole = _refitted(data, model, tolerances)
         if log_weight(evidence, simpler) > log_weight(evidence, whole):
             found.append((simpler, whole, scores, tolerances))
     if not found:
@@ -220,22 +222,6 @@ def _beside(model: FittedModel, causes: Mapping[str, Cause]) -> dict[str, Cause]
 def _reduced_anew(data: _Reduced, best: FittedModel) -> _Reduced:
     """Harmonics less what the best model makes of the force's own: those less one's far off have its errors in them."""
     return data._replace(harmonics=None if data.harmonics is None else _harmonics(data.evidence, best))
-
-
-def _as_told(data: _Reduced, model: FittedModel, tolerances: ResidualColumns) -> FittedModel:
-    """The model at the maximum of its own posterior: rivals are compared before that."""
-    if not model.hypotheses:
-        return model
-    options = replace(REFITTED, exact=True)
-    return fit_with_errors(
-        *data, model.baseline, model.hypotheses, errors=model.errors, tolerances=tolerances, options=options
-    )
-
-
-def _beside_these(data: _Reduced, model: FittedModel) -> FittedModel:
-    """The causes as they are, with the base family fitted beside them alone."""
-    options = replace(REFITTED, exact=True, frozen=True)
-    return fit_with_errors(*data, model.baseline, model.hypotheses, errors=model.errors, options=options)
 
 
 def _with_any_error(data: _Reduced, model: FittedModel, tolerances: ResidualColumns) -> float:
@@ -280,9 +266,14 @@ def _scores_if_sound(data: _Reduced, model: FittedModel, causes: Mapping[str, Ca
     return score_causes(*data, fit, causes, errors=sound)[0]
 
 
-def _weighed(data: _Reduced, model: FittedModel, tolerances: ResidualColumns) -> FittedModel:
-    """The model with its log evidence, fitted beside what sound rigs have of every cause."""
-    return fit_with_errors(*data, model.baseline, model.hypotheses, errors=model.errors, tolerances=tolerances)
+def _refitted(
+    data: _Reduced, model: FittedModel, tolerances: ResidualColumns | None = None, **options: Any
+) -> FittedModel:
+    """The model with its log evidence, fitted beside what sound rigs have of every cause, or with no tolerances."""
+    return fit_with_errors(
+        *data, model.baseline, model.hypotheses, errors=model.errors, tolerances=tolerances,
+        options=replace(REFITTED, **options),
+    )  # fmt: skip
 
 
 def _harmonics(evidence: MeasuredData, model: FittedModel) -> HarmonicResiduals | None:
