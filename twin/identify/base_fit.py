@@ -163,7 +163,7 @@ def fit_base(
     tolerance: float = LIMITS.base_fit_tolerance,
     held_at_zero: Sequence[int] = (),
 ) -> BaseFit:
-    """Fit base parameters and law, through model errors from large ones down to `errors`.
+    """Fit base parameters and law, through model errors from large ones down to `errors`, as far as data are followed.
 
     Parameters
     ----------
@@ -198,6 +198,8 @@ def _fitted_from(
             solve, baseline.vector, rounds=LIMITS.base_fit_reweighted, tolerance=enough, iterations=30
         )
         baseline = baseline.with_vector(solution.x)
+        if solution.cost > LIMITS.base_fit_followed * len(solution.residual):
+            break  # what does not follow the data here is led astray by smaller errors
     return BaseFit(baseline, solution)
 
 

@@ -316,3 +316,17 @@ def test_a_layer_keeps_some_stiffness_whatever_the_data_ask_for(swept, monkeypat
     assert np.max(true_law().softening_at(data.motion[:, :3])) > 0.5 * data.base.E
     # The limit counts from the E' at which the last fit began.
     assert 0.29 < np.max(baseline.laws[0].softening) / baseline.base.E < 0.36
+
+
+def test_a_channel_that_lies_does_not_lead_the_moduli_astray(swept, monkeypatch):
+    """A delay, which nothing in the base family makes: smaller errors of the model would have moduli make up for it."""
+    data = swept()
+    (run,) = data.evidence.broadband
+    late = np.stack([np.ones(len(run.omega)), np.exp(-1e-4j * run.omega)], axis=1)
+    evidence = replace(data.evidence, broadband=(replace(run, H=run.H * late),))
+    astray = []
+    for limit in (LIMITS.base_fit_followed, np.inf):
+        monkeypatch.setattr(base_fit, "LIMITS", replace(LIMITS, base_fit_followed=limit))
+        baseline, _ = _fitted(evidence)
+        astray.append(np.abs(np.log(np.concatenate([baseline.base.E / data.base.E, baseline.base.G / data.base.G]))))
+    assert np.max(astray[0]) < 0.1 < np.max(astray[1]), astray
