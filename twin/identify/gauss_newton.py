@@ -140,14 +140,9 @@ def minimise(
             if residual_alone is not None and bends:
                 ahead = residual_alone(np.clip(moved(x, LIMITS.gauss_newton_probed * step), lower, upper))
                 turn = _turn(step, free, scaled, J, (ahead - residual) / LIMITS.gauss_newton_probed + J @ step)
-                # Where unknowns nearly make up for each other, damping turns a step off the valley.
-                straight = 0.5**trial_number * newton * _shorter(newton, steps.largest)
-                tried = [
-                    np.clip(moved(x, each), lower, upper) for each in (step + turn, straight) if np.isfinite(each).all()
-                ]
-                costs = [_square(residual_alone(one)) + (one - mean) @ precision @ (one - mean) for one in tried]
-                best = int(np.argmin(np.nan_to_num(costs, nan=np.inf)))
-                trial, promising = tried[best], bool(costs[best] < chi2 + penalty)
+                trial = np.clip(moved(x, step + turn), lower, upper)
+                cost = _square(residual_alone(trial)) + (trial - mean) @ precision @ (trial - mean)
+                promising = bool(cost < chi2 + penalty)
             p = float((trial - mean) @ precision @ (trial - mean))
             if promising:
                 r, Jr = evaluate(trial)
