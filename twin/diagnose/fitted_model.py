@@ -384,7 +384,7 @@ def difference_step(parameter: Parameter, value: float, *, remakes: bool, coarse
     """
     along = parameter.is_location and not parameter.is_threshold
     size = parameter.scale + (0.0 if parameter.is_location else abs(value - parameter.null))
-    return max(coarse, (1e-3 if along else 3e-4) if remakes else 1e-5) * size
+    return max(coarse, 1e-3 if along else 3e-4 if remakes else 1e-5) * size
 
 
 def _free_count(solution: Solution) -> int:
