@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.errors import InputError
 from recordings.run import Run
 from twin.diagnose.answer.comparison import compare_sweeps, noise_floors, relative_errors
 from twin.diagnose.answer.exclusion import Exclusion, exclusion_limits, hidden_at_limit
@@ -25,7 +24,7 @@ from twin.diagnose.next_test import plan_next_test
 from twin.diagnose.options import DiagnosisOptions
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.diagnose.selection.racing import THOROUGH, USUAL
-from twin.diagnose.selection.search import Report, Search, search_causes
+from twin.diagnose.selection.search import Report, search_causes
 from twin.diagnose.set_aside import set_aside
 from twin.diagnose.signals import find_unsettled
 from twin.diagnose.sound_data import SoundData, sound_data
@@ -184,7 +183,14 @@ def diagnose_data(
         save_rig(model, out / extended)
         rivals = rivals_of(posterior) if verdict == "ambiguous" else ()
         best = search.model if rivals else after
-        rivals += tuple(_hidden(search, best, name) for name in options.exclude if name not in best.name.split(" + "))
+        for name in options.exclude:
+            if name in best.name.split(" + "):
+                continue
+            if (largest := hidden_at_limit(search.evidence, search.stages[-1].scores, name)) is None:
+                notes += (f"{name}: has no size that these data could limit, and no test is planned to exclude it",)
+                continue
+            less_likely = best.log_evidence - LIMITS.exclusion_limit_95**2 / 2
+            rivals += (replace(best, hypotheses=(*best.hypotheses, largest), log_evidence=less_likely),)
         if evidence.runs and rivals and verdict != "unknown" and not time_is_up():
             with time_limit(time.monotonic() + time.perf_counter() - begun):  # as long again as the search took
                 next_test = plan_next_test(evidence.runs, search.evidence, (best, *rivals), model, out, report=report)
@@ -222,15 +228,6 @@ def diagnose_data(
         excluded=(*exclusion_limits(search.evidence, search.stages[-1].scores), *data.unseeable),
         files=(*evidence.sources, *(run.path for run in held_out.runs)),
     )
-
-
-def _hidden(search: Search, model: FittedModel, name: str) -> FittedModel:
-    """The model with a cause as large as it could be without having been seen."""
-    hidden = hidden_at_limit(search.evidence, search.stages[-1].scores, name)
-    if hidden is None:
-        raise InputError("--exclude", name, "has no size that data could limit", "name another cause")
-    less_likely = model.log_evidence - LIMITS.exclusion_limit_95**2 / 2
-    return replace(model, hypotheses=(*model.hypotheses, hidden), log_evidence=less_likely)
 
 
 def _gain(
