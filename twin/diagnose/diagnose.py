@@ -15,7 +15,7 @@ from twin.diagnose.answer.exclusion import Exclusion, exclusion_limits, hidden_a
 from twin.diagnose.answer.extended import updated_rig_file
 from twin.diagnose.answer.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.effects import left_out_effects
-from twin.diagnose.fitted_model import FittedModel, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing import find_missing_force
 from twin.diagnose.model_evidence import unexplained
@@ -183,14 +183,14 @@ def diagnose_data(
         save_rig(model, out / extended)
         rivals = rivals_of(posterior) if verdict == "ambiguous" else ()
         best = search.model if rivals else after
-        for name in options.exclude:
-            if name in best.name.split(" + "):
-                continue
-            if (largest := hidden_at_limit(search.evidence, search.stages[-1].scores, name)) is None:
-                notes += (f"{name}: has no size that these data could limit, and no test is planned to exclude it",)
-                continue
-            less_likely = best.log_evidence - LIMITS.exclusion_limit_95**2 / 2
-            rivals += (replace(best, hypotheses=(*best.hypotheses, largest), log_evidence=less_likely),)
+        asked = [name for name in options.exclude if name not in best.name.split(" + ")]
+        largest = {name: hidden_at_limit(search.evidence, search.stages[-1].scores, name) for name in asked}
+        rivals += tuple(_with_hidden(best, hidden) for hidden in largest.values() if hidden)
+        notes += tuple(
+            f"{name}: has no size that these data could limit, and no test is planned to exclude it"
+            for name, hidden in largest.items()
+            if not hidden
+        )
         if evidence.runs and rivals and verdict != "unknown" and not time_is_up():
             with time_limit(time.monotonic() + time.perf_counter() - begun):  # as long again as the search took
                 next_test = plan_next_test(evidence.runs, search.evidence, (best, *rivals), model, out, report=report)
@@ -228,6 +228,12 @@ def diagnose_data(
         excluded=(*exclusion_limits(search.evidence, search.stages[-1].scores), *data.unseeable),
         files=(*evidence.sources, *(run.path for run in held_out.runs)),
     )
+
+
+def _with_hidden(model: FittedModel, hidden: CauseHypothesis) -> FittedModel:
+    """The model with a cause as large as it could be without having been seen."""
+    less_likely = model.log_evidence - LIMITS.exclusion_limit_95**2 / 2
+    return replace(model, hypotheses=(*model.hypotheses, hidden), log_evidence=less_likely)
 
 
 def _gain(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -252,15 +252,17 @@ class FitProblem:
             return begun
         return replace(begun, held=replace(begun.held, by_causes=begun.added_by_causes()))
 
-    def beside(self, x: Array, coarse: float = 0.0) -> Iterator[tuple[Array, Array, float]]:
-        """For each of the causes' parameters two vectors with less and more of it, inside its limits; how far apart."""
+    def slopes(self, of: Callable[[Array], Array], x: Array, *, coarse: float = 0.0) -> list[Array]:
+        """Derivatives of a function of the vector by the causes' parameters: central differences inside the limits."""
+        found = []
         for number, (i, p) in enumerate(self.slots, self.count):
             value = x[number] * p.scale
             step = difference_step(p, value, remakes=self._remakes[i], coarse=coarse)
             less, more = x.copy(), x.copy()
             less[number] = max(value - step, p.lower) / p.scale
             more[number] = min(value + step, p.upper) / p.scale
-            yield less, more, more[number] - less[number]
+            found.append((of(more) - of(less)) / (more[number] - less[number]))
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -284,10 +286,7 @@ class WeighedProblem:
     def evaluate(self, x: Array) -> Prediction:
         """The whitened residual and its sensitivities to all parameters."""
         found = self.predict(x, sensitivities=True)
-        columns = [
-            (self.predict(less).residual - self.predict(more).residual) / apart
-            for less, more, apart in self.problem.beside(x)
-        ]
+        columns = self.problem.slopes(lambda at: -self.predict(at).residual, x)
         return replace(found, jacobian=np.column_stack([found.jacobian, *columns]))
 
     def added_by_causes(self) -> Array:
@@ -302,8 +301,7 @@ class WeighedProblem:
             return model.added_beyond(self.held, self.problem.baseline(x), start=start)
 
         _, start = beyond(self.at)
-        beside = self.problem.beside(self.at, LIMITS.harmonics_step)
-        each = [(beyond(more, start)[0] - beyond(less, start)[0]) / apart for less, more, apart in beside]
+        each = self.problem.slopes(lambda x: beyond(x, start)[0], self.at, coarse=LIMITS.harmonics_step)
         return np.stack(each, axis=2)
 
     def _residual_model(self, x: Array) -> ResidualModel | FrequencyModel:

@@ -121,7 +121,7 @@ def minimise(
         free = not_held_back(x, gradient, lower, upper)
         small = tolerance * max(1.0, (chi2 + penalty) / max(1, len(residual)))
         room = lower - x, upper - x
-        newton = _step_inside(A, gradient, free, room, steps.largest)
+        newton = _step_inside(A, gradient, room, steps.largest)
         promised = float(newton @ (2 * gradient - A @ newton))
         here: Ending = "settled" if promised < small else "stuck"
         if promised < LIMITS.gauss_newton_left * small or gained_little:
@@ -130,20 +130,19 @@ def minimise(
         accepted = at_once = False
         for trial_number in range(LIMITS.gauss_newton_trials):
             scaled = A + damping * np.diag(np.diag(A))
-            step = _step_inside(scaled, gradient, free, room, steps.largest)
+            step = _step_inside(scaled, gradient, room, steps.largest)
             if not np.isfinite(step).all():
                 damping *= 8.0
                 continue
             step *= _shorter(step, steps.largest)
             trial = np.clip(moved(x, step), lower, upper)
-            promising = True
-            if residual_alone is not None and bends:
-                ahead = residual_alone(np.clip(moved(x, LIMITS.gauss_newton_probed * step), lower, upper))
+            probe = residual_alone if bends else None
+            if probe is not None:
+                ahead = probe(np.clip(moved(x, LIMITS.gauss_newton_probed * step), lower, upper))
                 turn = _turn(step, free, scaled, J, (ahead - residual) / LIMITS.gauss_newton_probed + J @ step)
                 trial = np.clip(moved(x, step + turn), lower, upper)
-                cost = _square(residual_alone(trial)) + (trial - mean) @ precision @ (trial - mean)
-                promising = bool(cost < chi2 + penalty)
             p = float((trial - mean) @ precision @ (trial - mean))
+            promising = probe is None or _square(probe(trial)) + p < chi2 + penalty
             if promising:
                 r, Jr = evaluate(trial)
                 c = _square(r)
@@ -205,19 +204,14 @@ def _square(r: Array) -> float:
     return float(r @ r) if np.isfinite(r).all() else np.nan
 
 
-def _step_inside(A: Array, b: Array, free: Array, room: tuple[Array, Array], largest: Array | None) -> Array:
+def _step_inside(A: Array, b: Array, room: tuple[Array, Array], largest: Array | None) -> Array:
     """The step inside its limits with the least step' A step - 2 b' step.
 
     The primal-dual active set method (Hintermueller, Ito and Kunisch 2002).  Where parameters hang together, such as a
     smooth curve's values, a step that is merely cut off at its limits may lead uphill.  A step that will be shortened
     anyway may not come to any limit.
-
-    Parameters
-    ----------
-    free : ndarray, (n,) bool
-        Those that are not held back at their limits to begin with.
     """
-    lower, upper = ~free & (room[0] >= 0), ~free & (room[0] < 0)
+    lower, upper = (room[0] >= 0) & (b < 0), (room[1] <= 0) & (b > 0)
     step = np.zeros(len(b))
     for _ in range(LIMITS.gauss_newton_active_sets):
         step, free = np.where(lower, room[0], np.where(upper, room[1], 0.0)), ~(lower | upper)

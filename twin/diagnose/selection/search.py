@@ -261,9 +261,8 @@ def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, mode
 
 def _scores_if_sound(data: _Reduced, model: FittedModel, causes: Mapping[str, Cause]) -> list[Score]:
     """First orders about the model as it is fitted where it may err no more than a sound rig's."""
-    sound = sound_errors(data.evidence)
-    fit = fit_model(*data, model.baseline, model.hypotheses, errors=sound, options=FitOptions(tolerance=2.0))
-    return score_causes(*data, fit, causes, errors=sound)[0]
+    fit = fit_model(*data, model.baseline, model.hypotheses, options=FitOptions(tolerance=2.0))
+    return score_causes(*data, fit, causes)[0]
 
 
 def _refitted(
