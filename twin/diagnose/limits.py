@@ -7,10 +7,6 @@ from dataclasses import dataclass
 class Limits:
     """See each."""
 
-    # attachment_signatures.py
-    signature_little: float = 1e-6
-    """Mass that is attached, over the least modal mass at its place: twice the change of a natural frequency, and so
-    little that first order will do beside the sharpest resonance."""
     # cause.py
     cause_ratio: float = 1.4
     """Between neighbouring thresholds to begin from: a fit finds its way from a sixth beside the true one."""

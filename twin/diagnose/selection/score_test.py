@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import product
 
 import numpy as np
@@ -35,7 +34,6 @@ from twin.diagnose.marginal_likelihood import AboutFit, MarginalLikelihood
 from twin.diagnose.model_evidence import fit_with_errors
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.residual_columns import KINDS, ResidualColumns, tolerances_of
-from twin.diagnose.selection.attachment_signatures import AttachmentSignatures
 from twin.diagnose.selection.law_tolerances import law_tolerances
 from twin.identify.cholesky import Cholesky
 from twin.identify.measured_data import MeasuredData
@@ -44,6 +42,7 @@ from twin.identify.residuals.error_model import SPREAD, ErrorModel, log_prior
 from twin.identify.residuals.frequency_model import FrequencyModel
 from twin.identify.residuals.likelihood import residual_model, solves_modes, sound_errors
 from twin.identify.residuals.linearisation import Linearisation
+from twin.identify.residuals.port_forces import PortModel, acts_at_ports, port_changes
 from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
@@ -209,13 +208,15 @@ class _LeftBy:
         whole = modification_of(self.evidence, self.model.hypotheses).merged(modification)
         return residual_model(self.evidence, whole, self.harmonics, held=self.held)
 
-    def __call__(self, modification: ModelModification, *, added: bool = True) -> Array:
-        """The residual (r,).
+    def with_ports(self, ports: Array) -> PortModel:
+        """The model without, and with ports (n, d) for more."""
+        whole = modification_of(self.evidence, self.model.hypotheses)
+        return PortModel(self.evidence, whole, self.harmonics, ports=ports, held=self.held)
 
-        Unless `added`, what is attached at one port acts by its stiffness at the drive frequency alone.
-        """
+    def __call__(self, modification: ModelModification) -> Array:
+        """The residual (r,)."""
         changed, baseline = self.changed(modification), self.model.baseline
-        if added and self.before is not None and isinstance(changed, ResidualModel):
+        if self.before is not None and isinstance(changed, ResidualModel):
             before, start = self.before
             more = changed.added_beyond(self.held, baseline, start=start)[0] - before
             if np.isfinite(more).all():  # a layer whose lost contact has no balance adds what it did
@@ -246,11 +247,9 @@ def _principal(columns: Array) -> Array:
 
 def _signatures_of(left_by: _LeftBy, prediction: Prediction, cause: Cause) -> list[_Signature]:
     """Signatures of every label and starting place of one cause."""
-    evidence, plain = left_by.evidence, left_by.changed(ModelModification())
-    small = None
-    if isinstance(plain, ResidualModel):
-        small = AttachmentSignatures(plain, prediction, left_by, partial(left_by, added=False))
+    evidence, plain, rows = left_by.evidence, left_by.changed(ModelModification()), len(prediction.residual)
     found: list[_Signature] = []
+    little: list[tuple[ModelModification, Array]] = []
     for label in cause.labels(evidence):
         if time_is_up():
             break
@@ -258,22 +257,28 @@ def _signatures_of(left_by: _LeftBy, prediction: Prediction, cause: Cause) -> li
         strengths = strengths_of(parameters)
         count = int(np.prod([len(p.starts) for p in parameters if p.is_threshold]))
         for start in _starts(parameters):
+            columns = np.empty((rows, max(1, len(strengths))))
             if not strengths:
-                columns = (prediction.residual - left_by(cause.modification(evidence, label, start)))[:, None]
-            else:
-                # A structure made anew differs a little from the assumed one, without any effect in it.
-                remakes = solves_modes(evidence, cause.modification(evidence, label, start))
-                none = {**start, **{p.name: p.null for p in strengths}}
-                before = left_by(cause.modification(evidence, label, none)) if remakes else prediction.residual
-                columns = np.empty((len(prediction.residual), len(strengths)))
-                for k, p in enumerate(strengths):
-                    step = _small_step(p, start[p.name] - p.null, remakes=remakes)
-                    little = cause.modification(evidence, label, {**none, p.name: p.null + step})
-                    change = before - left_by(little) if remakes or small is None else small.change_by(little)
-                    columns[:, k] = change * p.scale / step
-            if np.isfinite(columns).all():
-                found.append(_Signature(CauseHypothesis(cause, label, start, {}), strengths, columns, count))
-    return found
+                columns[:, 0] = prediction.residual - left_by(cause.modification(evidence, label, start))
+            # A structure made anew differs a little from the assumed one, without any effect in it.
+            remakes = solves_modes(evidence, cause.modification(evidence, label, start))
+            none = {**start, **{p.name: p.null for p in strengths}}
+            before = left_by(cause.modification(evidence, label, none)) if remakes else prediction.residual
+            for k, p in enumerate(strengths):
+                step = _small_step(p, start[p.name] - p.null, remakes=remakes)
+                change = cause.modification(evidence, label, {**none, p.name: p.null + step})
+                columns[:, k] = p.scale / step
+                if isinstance(plain, ResidualModel) and acts_at_ports(change):
+                    little.append((change, columns[:, k]))
+                else:
+                    columns[:, k] *= before - left_by(change)
+            found.append(_Signature(CauseHypothesis(cause, label, start, {}), strengths, columns, count))
+    if isinstance(plain, ResidualModel):
+        small = [modification for modification, _ in little]
+        changes = port_changes(left_by.with_ports, plain.model.structure, left_by.model.baseline, small)
+        for (_, column), by_port in zip(little, changes, strict=True):
+            column *= by_port
+    return [signature for signature in found if np.isfinite(signature.columns).all()]
 
 
 @dataclass(frozen=True)

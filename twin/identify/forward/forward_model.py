@@ -105,8 +105,9 @@ class ForwardModel(LinearForwardModel):
         around = self.surroundings(free, omega)
         if held is not None:
             # A model with further forces may be held to a balance without them: they come last.
-            start = np.abs(held.motion) if held.motion.shape[1] == len(self.moving) else None
-            added = held.added.of_ports(len(self.moving))
+            stiffness, added = np.zeros_like(around.driven), held.added.of_ports(len(self.moving))
+            stiffness[:, : held.stiffness.shape[1]] = held.stiffness
+            start = np.abs(around.motion(stiffness)[0])
             found = self.local_at(held).balance(baseline.laws, omega, around, added=added, start=start)
         else:
             found = self._with_harmonics(baseline, omega, around)

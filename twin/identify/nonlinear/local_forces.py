@@ -221,7 +221,7 @@ class LocalForces:
             force.harmonics(amplitude[:, i], count, omega, *self._ripples(i, rows))
             for i, force in enumerate(self.forces)
         ]
-        return np.stack(values, axis=1) * _turned(motion, count)
+        return np.stack(values, axis=1) * turned(motion, count)
 
     def harmonics_of(self, orders: Sequence[int], motion: Array, omega: Array) -> Array:
         """Harmonics (h, s, n) of some orders as in :meth:`harmonics`; a static part counts as none."""
@@ -268,5 +268,6 @@ class LocalForces:
         return PackedSliders(values, compliance, common, LIMITS.local_difference, at)
 
 
-def _turned(motion: Array, count: int) -> Array:
-    return np.exp(1j * np.angle(motion)[:, :, None] * np.arange(1, count + 1))
+def turned(motion: Array, count: int) -> Array:
+    """Phases (..., count) of harmonics 1 ... count of a force whose motion (...,) has its own."""
+    return np.exp(1j * np.angle(motion)[..., None] * np.arange(1, count + 1))
