@@ -39,6 +39,8 @@ class BaseFit:
 
     baseline: BaselineParameters
     solution: Solution
+    errors: ErrorModel
+    """The smallest with which it followed the data, at the least those of sound rigs."""
 
 
 def starting_baseline(evidence: MeasuredData) -> BaselineParameters:
@@ -200,7 +202,7 @@ def _fitted_from(
         baseline = baseline.with_vector(solution.x)
         if solution.cost > LIMITS.base_fit_followed * len(solution.residual):
             break  # what does not follow the data here is led astray by smaller errors
-    return BaseFit(baseline, solution)
+    return BaseFit(baseline, solution, errors.with_log_sizes(level.log_sizes))
 
 
 @dataclass(frozen=True)

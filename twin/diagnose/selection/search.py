@@ -97,7 +97,8 @@ def search_causes(
     """
     report("fitting moduli, damping and the joint's law")
     start = fit_base(evidence)
-    base = fit_with_errors(evidence, None, start.baseline, (), options=replace(REFITTED, exact=True))
+    exact = replace(REFITTED, exact=True)
+    base = fit_with_errors(evidence, None, start.baseline, (), errors=start.errors, options=exact)
     base_harmonics = _harmonics(evidence, base)
     data, model = _Reduced(evidence, base_harmonics), base
     stages: list[Stage] = []

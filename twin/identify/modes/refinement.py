@@ -50,8 +50,9 @@ class PoleFit:
         return np.asarray(r / (s - p) + r.conj() / (s - p.conj()))
 
     def responses(self, omega: Array) -> Array:
-        """The fitted responses at `omega`, (f, o)."""
-        return np.asarray(np.sum(self.parts(omega), axis=2) + _remainder_basis(omega, self.band) @ self.remainders.T)
+        """The fitted responses at `omega`, (f, o); beyond the band with the remainders that they have at its ends."""
+        rest = _remainder_basis(np.clip(omega, *self.band), self.band) @ self.remainders.T
+        return np.asarray(np.sum(self.parts(omega), axis=2) + rest)
 
 
 def refine_poles(
