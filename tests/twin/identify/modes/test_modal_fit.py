@@ -121,3 +121,14 @@ def test_lines_that_cannot_be_fitted_are_refused(change, reason):
     f = np.arange(10.0, 100.0)
     with pytest.raises(ValueError, match=reason):
         fit_modes(*change(f, np.ones((len(f), 1), complex)))
+
+
+def test_beyond_its_band_a_fit_keeps_the_remainders_of_its_ends():
+    """They go by 1 / omega^2 and omega^2, and a reference that goes up so outside says that noise there is clear."""
+    frequency_Hz = np.linspace(20.0, 200.0, 700)
+    H, std = noisy(summed(frequency_Hz, [60.0, 110.0], [0.002, 0.003], np.array([[1.0, 0.5], [0.4, -0.8]])), 3)
+    fit = fit_modes(frequency_Hz, H + 0.05 * (20.0 / frequency_Hz[:, None]) ** 2, std).fit
+    ends, beyond = (fit.responses(2 * np.pi * np.array(at)) for at in ([20.0, 200.0], [2.0, 2000.0]))
+    modes = [np.sum(fit.parts(2 * np.pi * np.array(at)), axis=2) for at in ([20.0, 200.0], [2.0, 2000.0])]
+    np.testing.assert_allclose(beyond - modes[1], ends - modes[0], rtol=1e-9)
+    assert np.max(np.abs(ends[0] - modes[0][0])) > 0.03
