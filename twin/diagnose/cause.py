@@ -66,6 +66,18 @@ class Parameter:
         width = (self.upper - self.lower) / self.scale
         return (self.lower + self.upper) / 2 / self.scale, 12.0 / width**2
 
+    def difference_step(self, value: float, *, remakes: bool, coarse: float = 0.0) -> float:
+        """Step of a difference quotient, `coarse` of the parameter's size at the least.
+
+        Small for a strength or a threshold, because near a sharp resonance the residual bends within a thousandth of a
+        stiffness; coarser along the structure.  Where a cause remakes the structure its modes are solved anew, and
+        their rounding is a millionth of a usual strength: a step of that size finds some tenths of the sensitivity to
+        be noise, and the fit creeps.
+        """
+        along = self.is_location and not self.is_threshold
+        size = self.scale + (0.0 if self.is_location else abs(value - self.null))
+        return max(coarse, 1e-3 if along else 3e-4 if remakes else 1e-5) * size
+
 
 class Cause(ABC):
     """One way in which the rig may differ from what is assumed.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.special import ndtr
 
 from twin.arrays import Array
-from twin.diagnose.cause import Cause, Parameter
+from twin.diagnose.cause import Cause
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.identify.base_fit import baseline_bounds
 from twin.identify.baseline_parameters import BaselineParameters
@@ -24,6 +24,7 @@ from twin.identify.residuals.error_model import OF_SHIFTS, ErrorModel
 from twin.identify.residuals.frequency_model import FrequencyModel
 from twin.identify.residuals.likelihood import residual_model, solves_modes, sound_errors
 from twin.identify.residuals.linearisation import Linearisation
+from twin.identify.residuals.port_forces import PortModel, Side, acts_at_ports, port_slopes, slides
 from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals, LowRankWhitening
@@ -57,8 +58,7 @@ class FitOptions:
     tolerance: float = 0.1
     """Of each search, see :func:`~twin.identify.gauss_newton.minimise`."""
     rounds: int = LIMITS.base_fit_reweighted
-    """Most searches that follow the first one, each with the weights at the last one's end, while they gain anything;
-    none where another fit begins at the end of this one anyway."""
+    """Most searches that follow the first one, each with the weights at the last one's end, while they gain."""
     held: tuple[int, str] | None = None
     """Number of a cause, and the name of its parameter that keeps its value."""
     frozen: bool = False
@@ -252,17 +252,20 @@ class FitProblem:
             return begun
         return replace(begun, held=replace(begun.held, by_causes=begun.added_by_causes()))
 
-    def slopes(self, of: Callable[[Array], Array], x: Array, *, coarse: float = 0.0) -> list[Array]:
-        """Derivatives of a function of the vector by the causes' parameters: central differences inside the limits."""
-        found = []
-        for number, (i, p) in enumerate(self.slots, self.count):
-            value = x[number] * p.scale
-            step = difference_step(p, value, remakes=self._remakes[i], coarse=coarse)
-            less, more = x.copy(), x.copy()
-            less[number] = max(value - step, p.lower) / p.scale
-            more[number] = min(value + step, p.upper) / p.scale
-            found.append((of(more) - of(less)) / (more[number] - less[number]))
-        return found
+    def sides(self, x: Array, number: int, *, coarse: float = 0.0) -> tuple[Array, Array]:
+        """Vectors with less and with more of one of the causes' parameters, inside its limits."""
+        i, p = self.slots[number - self.count]
+        value = x[number] * p.scale
+        step = p.difference_step(value, remakes=self._remakes[i], coarse=coarse)
+        less, more = x.copy(), x.copy()
+        less[number] = max(value - step, p.lower) / p.scale
+        more[number] = min(value + step, p.upper) / p.scale
+        return less, more
+
+    def slope(self, of: Callable[[Array], Array], x: Array, number: int, *, coarse: float = 0.0) -> Array:
+        """Derivative of a function of the vector by one of the causes' parameters: a central difference."""
+        less, more = self.sides(x, number, coarse=coarse)
+        return np.asarray((of(more) - of(less)) / (more[number] - less[number]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,15 +282,30 @@ class WeighedProblem:
         """The whitened residual there, with its sensitivities to all parameters."""
         return self.evaluate(self.at)
 
-    def predict(self, x: Array, *, sensitivities: bool = False) -> Prediction:
-        """The whitened residual, with its sensitivities to the base family if they are wanted."""
-        return self._residual_model(x).evaluate(self.problem.baseline(x), sensitivities=sensitivities)
+    def predict(self, x: Array) -> Prediction:
+        """The whitened residual."""
+        return self._residual_model(x).evaluate(self.problem.baseline(x), sensitivities=False)
 
     def evaluate(self, x: Array) -> Prediction:
         """The whitened residual and its sensitivities to all parameters."""
-        found = self.predict(x, sensitivities=True)
-        columns = self.problem.slopes(lambda at: -self.predict(at).residual, x)
-        return replace(found, jacobian=np.column_stack([found.jacobian, *columns]))
+        problem, model, baseline = self.problem, self._residual_model(x), self.problem.baseline(x)
+        found, at_ports = model.evaluate(baseline), list[int]()
+        columns, sides = np.empty((len(found.residual), len(problem.slots))), list[Side]()
+        for k, (i, _) in enumerate(problem.slots):
+            less, more = problem.sides(x, problem.count + k)
+            one, two = (problem.hypotheses(side)[i].modification(problem.evidence) for side in (less, more))
+            # What a slider slips into goes with the balance.
+            if isinstance(model, ResidualModel) and acts_at_ports(two) and not slides(two):
+                at_ports.append(k)
+                sides.append((one, two, float(np.sum(more - less))))
+            else:
+                columns[:, k] = problem.slope(lambda at: -self.predict(at).residual, x, problem.count + k)
+        if isinstance(model, ResidualModel) and sides:
+            held, whole = self._held(x), modification_of(problem.evidence, problem.hypotheses(x))
+            with_ports = partial(PortModel, problem.evidence, whole, problem.harmonics, held=held)
+            added = None if held.by_causes is None else held.by_causes[:, :, at_ports]
+            columns[:, at_ports] = port_slopes(with_ports, model.model.structure, baseline, sides, added=added)
+        return replace(found, jacobian=np.column_stack([found.jacobian, columns]))
 
     def added_by_causes(self) -> Array:
         """Derivatives (s, 2 p, k) by the causes' parameters of what harmonics add beside what a residual has anyway.
@@ -301,12 +319,14 @@ class WeighedProblem:
             return model.added_beyond(self.held, self.problem.baseline(x), start=start)
 
         _, start = beyond(self.at)
-        each = self.problem.slopes(lambda x: beyond(x, start)[0], self.at, coarse=LIMITS.harmonics_step)
-        return np.stack(each, axis=2)
+        by = partial(self.problem.slope, lambda x: beyond(x, start)[0], self.at, coarse=LIMITS.harmonics_step)
+        return np.stack([by(number) for number in range(self.problem.count, len(self.at))], axis=2)
+
+    def _held(self, x: Array) -> Linearisation:
+        return self.held.moved((x - self.at)[self.problem.count :])
 
     def _residual_model(self, x: Array) -> ResidualModel | FrequencyModel:
-        own = slice(self.problem.count, None)
-        return self.problem.residual_model(x, self.held.moved(x[own] - self.at[own]))
+        return self.problem.residual_model(x, self._held(x))
 
 
 def fit_model(
@@ -370,19 +390,6 @@ def fitted(problem: FitProblem, solution: Solution) -> FittedModel:
         log_evidence=float("nan"),
         dof=len(solution.residual) - _free_count(solution),
     )
-
-
-def difference_step(parameter: Parameter, value: float, *, remakes: bool, coarse: float = 0.0) -> float:
-    """Step of the difference quotient in a cause's parameter, `coarse` of its size at the least.
-
-    Small for a strength or a threshold, because near a sharp resonance the residual bends within a thousandth of a
-    stiffness; coarser along the structure.  Where a cause remakes the structure its modes are solved anew, and
-    their rounding is a millionth of a usual strength: a step of that size finds some tenths of the sensitivity to be
-    noise, and the fit creeps.
-    """
-    along = parameter.is_location and not parameter.is_threshold
-    size = parameter.scale + (0.0 if parameter.is_location else abs(value - parameter.null))
-    return max(coarse, 1e-3 if along else 3e-4 if remakes else 1e-5) * size
 
 
 def _free_count(solution: Solution) -> int:

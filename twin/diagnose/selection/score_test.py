@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -26,7 +27,6 @@ from twin.diagnose.fitted_model import (
     FitProblem,
     FittedModel,
     WeighedProblem,
-    difference_step,
     modification_of,
 )
 from twin.diagnose.limits import LIMITS
@@ -208,11 +208,6 @@ class _LeftBy:
         whole = modification_of(self.evidence, self.model.hypotheses).merged(modification)
         return residual_model(self.evidence, whole, self.harmonics, held=self.held)
 
-    def with_ports(self, ports: Array) -> PortModel:
-        """The model without, and with ports (n, d) for more."""
-        whole = modification_of(self.evidence, self.model.hypotheses)
-        return PortModel(self.evidence, whole, self.harmonics, ports=ports, held=self.held)
-
     def __call__(self, modification: ModelModification) -> Array:
         """The residual (r,)."""
         changed, baseline = self.changed(modification), self.model.baseline
@@ -275,7 +270,9 @@ def _signatures_of(left_by: _LeftBy, prediction: Prediction, cause: Cause) -> li
             found.append(_Signature(CauseHypothesis(cause, label, start, {}), strengths, columns, count))
     if isinstance(plain, ResidualModel):
         small = [modification for modification, _ in little]
-        changes = port_changes(left_by.with_ports, plain.model.structure, left_by.model.baseline, small)
+        whole = modification_of(evidence, left_by.model.hypotheses)
+        with_ports = partial(PortModel, evidence, whole, left_by.harmonics, held=left_by.held)
+        changes = port_changes(with_ports, plain.model.structure, left_by.model.baseline, small)
         for (_, column), by_port in zip(little, changes, strict=True):
             column *= by_port
     return [signature for signature in found if np.isfinite(signature.columns).all()]
@@ -389,4 +386,4 @@ def _starts(parameters: tuple[Parameter, ...]) -> Iterator[dict[str, float]]:
 
 def _small_step(strength: Parameter, away: float, *, remakes: bool) -> float:
     """Distance from no effect, towards a start that is `away` from it, so small that first order will do."""
-    return float(np.copysign(min(abs(away), difference_step(strength, strength.null, remakes=remakes)), away))
+    return float(np.copysign(min(abs(away), strength.difference_step(strength.null, remakes=remakes)), away))

@@ -1,6 +1,7 @@
 """What the channels answer in a broadband run, with what local nonlinear forces do in its noise."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
@@ -28,18 +29,20 @@ def felt_receptance(
     """Receptances of a broadband run with what local nonlinear forces do in its noise; and the rig's own omega."""
     R, omega = model.broadband_receptance(data, baseline, data.omega, inner=inner)
     if model.local.act_in_noise:
-        R = in_noise(model, R, omega, noise_motion(model, R, omega, data))
+        R = in_noise(model, R, omega, noise_motion(model, R, omega, data, model.nonlinear_ports))
     return R, omega
 
 
-def noise_motion(model: ForwardModel, R: Array, omega: Array, data: BinnedResponse) -> tuple[NoiseMotion, ...]:
-    """How the port of each local nonlinear force moves in a broadband run.
+def noise_motion(
+    model: ForwardModel, R: Array, omega: Array, data: BinnedResponse, ports: slice | NDArray[np.intp]
+) -> tuple[NoiseMotion, ...]:
+    """How some ports move in a broadband run.
 
     As with steps, the motion is that of the measured channels, carried to the ports by the model's shapes.
     """
     H = model.responses(R, omega)
     measured = np.sum(np.conj(H) * data.H, axis=1) / np.sum(np.abs(H) ** 2, axis=1)
-    motion = model.driven(R, omega)[:, model.nonlinear_ports] * measured[:, None]
+    motion = model.driven(R, omega)[:, ports] * measured[:, None]
     power = np.abs(motion) ** 2 * data.force_power[:, None]
     return tuple(NoiseMotion(omega, column) for column in power.T)
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.forward.broadband_response import felt_receptance
+from twin.identify.forward.broadband_response import felt_receptance, noise_motion
 from twin.identify.measured_data import MeasuredData
-from twin.identify.model_modification import Attachment, ModelModification, NoiseMotion, NonlinearForce
+from twin.identify.model_modification import Attachment, ModelModification, NonlinearForce
 from twin.identify.nonlinear.balance import Balance
 from twin.identify.nonlinear.local_forces import turned
 from twin.identify.nonlinear.opening_harmonics import balance_openings, stiffness_sensitivity
@@ -25,14 +25,17 @@ from twin.structure import Structure
 AT_A_TIME = 16
 """Ports: receptances among all go by their square, and each group takes the model's own anew."""
 
+Side = tuple[ModelModification, ModelModification, float]
+"""What acts with less and with more of a parameter, and how much more that is."""
+
 
 @dataclass(frozen=True)
 class PortForces:
-    """What a small modification puts on some ports of a :class:`PortModel`."""
+    """What a small modification puts on some ports of a :class:`PortModel`, and so many times."""
 
-    attached: tuple[tuple[Attachment, NDArray[np.intp]], ...]
-    """And which ports it is on."""
-    nonlinear: tuple[tuple[NonlinearForce, int], ...]
+    attached: tuple[tuple[Attachment, NDArray[np.intp], float], ...]
+    """With the ports it is on."""
+    nonlinear: tuple[tuple[NonlinearForce, int, float], ...]
 
 
 def acts_at_ports(modification: ModelModification) -> bool:
@@ -43,8 +46,13 @@ def acts_at_ports(modification: ModelModification) -> bool:
     )
 
 
+def slides(modification: ModelModification) -> bool:
+    """Whether a modification has a slider, whose force goes by what it slips into."""
+    return any(force.slider is not None for force in modification.nonlinear)
+
+
 def port_changes(
-    with_ports: Callable[[Array], PortModel],
+    with_ports: Callable[..., PortModel],
     structure: Structure,
     baseline: BaselineParameters,
     each: Sequence[ModelModification],
@@ -58,30 +66,69 @@ def port_changes(
     structure
         That it has.
     """
-    for ports, forces in _groups(structure, each):
-        yield from with_ports(ports).changes(baseline, forces).T
-
-
-def _groups(structure: Structure, each: Sequence[ModelModification]) -> Iterator[tuple[Array, list[PortForces]]]:
-    """Ports (n, d), not many at a time, and what acts on them; neighbours often share theirs."""
-    number: dict[bytes, int] = {}
-    rows: list[Array] = []
-    forces: list[PortForces] = []
-
-    def at(row: Array) -> int:
-        if row.tobytes() not in number:
-            number[row.tobytes()] = len(rows)
-            rows.append(row)
-        return number[row.tobytes()]
-
+    ports = _Ports(structure)
     for one in each:
-        attached = [(a, np.array([at(row) for row in a.rows(structure)])) for a in one.attachments]
-        forces.append(PortForces(tuple(attached), tuple((f, at(f.row(structure))) for f in one.nonlinear)))
-        if len(rows) >= AT_A_TIME:
-            yield np.array(rows), forces
-            number, rows, forces = {}, [], []
-    if forces:
-        yield np.array(rows).reshape(-1, structure.size), forces
+        ports.put((one, 1.0))
+        if len(ports.rows) >= AT_A_TIME:
+            yield from with_ports(ports=ports.stacked).changes(baseline, ports.forces).T
+            ports = _Ports(structure)
+    if ports.forces:
+        yield from with_ports(ports=ports.stacked).changes(baseline, ports.forces).T
+
+
+def port_slopes(
+    with_ports: Callable[..., PortModel],
+    structure: Structure,
+    baseline: BaselineParameters,
+    sides: Sequence[Side],
+    *,
+    added: Array | None,
+) -> Array:
+    """D predicted (r, k) by parameters of what acts at ports of a model that has it.
+
+    Parameters
+    ----------
+    with_ports, structure
+        As for :func:`port_changes`.
+    sides
+        Of each.
+    added
+        As for :meth:`PortModel.changes`.
+    """
+    ports = _Ports(structure)
+    for less, more, width in sides:
+        ports.put((more, 1 / width), (less, -1 / width))
+    return with_ports(ports=ports.stacked).changes(baseline, ports.forces, added=added)
+
+
+class _Ports:
+    """Ports of a structure, and what acts on them; neighbours often share theirs."""
+
+    def __init__(self, structure: Structure) -> None:
+        self.structure, self.rows = structure, list[Array]()
+        self.forces: list[PortForces] = []
+        self._number: dict[bytes, int] = {}
+
+    @property
+    def stacked(self) -> Array:
+        """Their rows (n, d)."""
+        return np.array(self.rows).reshape(-1, self.structure.size)
+
+    def put(self, *each: tuple[ModelModification, float]) -> None:
+        """One more column: so many times each of these."""
+        attached = [
+            (a, np.array([self._at(row) for row in a.rows(self.structure)]), times)
+            for one, times in each
+            for a in one.attachments
+        ]
+        nonlinear = [(f, self._at(f.row(self.structure)), times) for one, times in each for f in one.nonlinear]
+        self.forces.append(PortForces(tuple(attached), tuple(nonlinear)))
+
+    def _at(self, row: Array) -> int:
+        if row.tobytes() not in self._number:
+            self._number[row.tobytes()] = len(self.rows)
+            self.rows.append(row)
+        return self._number[row.tobytes()]
 
 
 class PortModel(ResidualModel):
@@ -108,31 +155,37 @@ class PortModel(ResidualModel):
         before = sum(len(a.rows(self.model.structure)) for a in self.modification.attachments[:-1])
         self.at = self.model.ports.extra.start + before + np.arange(len(ports))
 
-    def changes(self, baseline: BaselineParameters, each: Sequence[PortForces]) -> Array:
-        """D predicted (r, k), whitened as the residual is, by each of these forces."""
+    def changes(self, baseline: BaselineParameters, each: Sequence[PortForces], *, added: Array | None = None) -> Array:
+        """D predicted (r, k), whitened as the residual is, by each of these forces.
+
+        Parameters
+        ----------
+        added : ndarray, (s, 2 p, k)
+            What goes with each to the stiffness of the layers' points, where that is known: by default what the
+            openings' harmonics add once they follow.
+        """
         held = self.held
         blocks = [
             real_ones(whitening.columns(self._of_broadband(data, baseline, each)))
             for data, whitening in zip(self.evidence.broadband, held.broadband, strict=True)
         ]
         if len(self.evidence.steps):
-            blocks += self._of_steps(baseline, each)
+            blocks += self._of_steps(baseline, each, added)
         return np.concatenate(blocks)
 
     def _of_broadband(self, data: BinnedResponse, baseline: BaselineParameters, each: Sequence[PortForces]) -> Array:
         """Changes (b, o, k) of the log responses."""
-        R, omega = felt_receptance(self, data, baseline)
-        into, H = self.driven(R, omega)[:, self.at], self.responses(R, omega)
-        measured = np.sum(np.conj(H) * data.H, axis=1) / np.sum(np.abs(H) ** 2, axis=1)
-        power = np.abs(into * measured[:, None]) ** 2 * data.force_power[:, None]
+        alone, omega = self.broadband_receptance(data, baseline, data.omega)
+        R = felt_receptance(self, data, baseline)[0] if self.local.act_in_noise else alone
+        into, motion = self.driven(R, omega)[:, self.at], noise_motion(self, alone, omega, data, self.at)
         force = _attached(each, omega, into)
         for k, one in enumerate(each):
-            for local, port in one.nonlinear:
+            for local, port, times in one.nonlinear:
                 if local.random is not None:
-                    force[:, port, k] += local.random(NoiseMotion(omega, power[:, port]), omega) * into[:, port]
+                    force[:, port, k] += times * local.random(motion[port], omega) * into[:, port]
         return self.log_response_change(-R[:, self.model.ports.outputs][:, :, self.at] @ force, R, omega)
 
-    def _of_steps(self, baseline: BaselineParameters, each: Sequence[PortForces]) -> list[Array]:
+    def _of_steps(self, baseline: BaselineParameters, each: Sequence[PortForces], added: Array | None) -> list[Array]:
         """Whitened changes (r, k) of the steps, and of their harmonics where these are data."""
         steps, reference, held = self.evidence.steps, self.evidence.reference, self.held
         R, omega, balance = self.step_receptance(baseline, inner=False, held=self.balance_at(held, baseline))
@@ -145,19 +198,18 @@ class PortModel(ResidualModel):
         force = _attached(each, omega, at_ports)
         own = np.zeros((count, *force.shape), complex)
         for k, one in enumerate(each):
-            for local, port in one.nonlinear:
+            for local, port, times in one.nonlinear:
                 x, here = at_ports[:, port], omega.real
-                force[:, port, k] += local.equivalent(np.abs(x), here) * x
-                own[:, :, port, k] += (local.harmonics(np.abs(x), count, here) * turned(x, count)).T
+                force[:, port, k] += times * local.equivalent(np.abs(x), here) * x
+                own[:, :, port, k] += times * (local.harmonics(np.abs(x), count, here) * turned(x, count)).T
         per_force = force / scale[:, None, None]
         response = self.log_response_change(-R[:, self.model.ports.outputs][:, :, self.at] @ per_force, R, omega)
         moved = -R[:, self.moving][:, :, self.at] @ per_force / driven[:, self.moving, None]
         moved = moved - response[:, None, reference]
-        points = len(self.points)
-        if points:
-            added = self._added(baseline, balance, each, own)
-            response = response + influence.response[:, :, :points] @ added
-            moved = moved + influence.motion[:, :, :points] @ added
+        if len(self.points):
+            added = self._added(baseline, balance, each, own) if added is None else added
+            response = response + influence.response[:, :, : added.shape[1]] @ added
+            moved = moved + influence.motion[:, :, : added.shape[1]] @ added
         change = self.local.follow(
             baseline.laws, np.abs(motion), omega, influence, moved, response, balance.added
         )[::-1]  # fmt: skip
@@ -194,7 +246,7 @@ def _attached(each: Sequence[PortForces], omega: Array, motion: Array) -> Array:
     """Forces (f, n, k) of what is attached, by the motion (f, n) of the ports."""
     force = np.zeros((*motion.shape, len(each)), complex)
     for k, one in enumerate(each):
-        for attachment, ports in one.attached:
+        for attachment, ports, times in one.attached:
             Z, x = attachment.stiffness(omega), motion[:, ports]
-            force[:, ports, k] += Z * x if Z.ndim == 2 else np.einsum("fpq,fq->fp", Z, x)
+            force[:, ports, k] += times * (Z * x if Z.ndim == 2 else np.einsum("fpq,fq->fp", Z, x))
     return force

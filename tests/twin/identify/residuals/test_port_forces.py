@@ -1,6 +1,7 @@
 """What small forces at ports change, all at once, against whole models with each of them: central differences."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -70,8 +71,7 @@ def test_all_changes_at_once_are_those_of_each_whole_model(measured, baseline, m
     small = [modified(measured, {name: values}) for name, values in SMALL.items()]
     assert all(acts_at_ports(each) for each in small)
 
-    def with_ports(rows):
-        return PortModel(measured, whole, harmonics, ports=rows, held=held)
+    with_ports = partial(PortModel, measured, whole, harmonics, held=held)
 
     def left_by(modification):
         changed = ResidualModel(measured, whole.merged(modification), harmonics, held=held)
