@@ -40,7 +40,7 @@ class BaseFit:
     baseline: BaselineParameters
     solution: Solution
     errors: ErrorModel
-    """The smallest with which it followed the data, at the least those of sound rigs."""
+    """Of the last search: those that were asked for, or larger ones where these could not be followed."""
 
 
 def starting_baseline(evidence: MeasuredData) -> BaselineParameters:

@@ -355,7 +355,8 @@ class _Frequencies:
             light = sensor.model_copy(update={"mass": LIMITS.light_sensor_kg})
             sensors = [light if other is sensor else other for other in rig.sensor]
             lighter = self.evidence.against(rig.model_copy(update={"sensor": sensors}))
-            without = fit_with_errors(lighter, None, fit_base(lighter).baseline, ())
+            fit = fit_base(lighter)
+            without = fit_with_errors(lighter, None, fit.baseline, (), errors=fit.errors)
             if self.search.base.log_evidence - without.log_evidence < least_gain(self.evidence):
                 continue
             passable = rig.layout().passable

@@ -151,7 +151,7 @@ class PortModel(ResidualModel):
     ) -> None:
         free = Attachment(lambda structure: ports, lambda omega: np.zeros((len(omega), len(ports)), complex))
         super().__init__(evidence, modification.merged(ModelModification(attachments=(free,))), harmonics, held=held)
-        self.held, self.rows = held, ports
+        self.held = held
         before = sum(len(a.rows(self.model.structure)) for a in self.modification.attachments[:-1])
         self.at = self.model.ports.extra.start + before + np.arange(len(ports))
 
@@ -196,12 +196,18 @@ class PortModel(ResidualModel):
         orders = self.harmonics.orders if self.harmonics is not None else np.zeros(0, int)
         count = int(max([1, *self.orders, *orders]))
         force = _attached(each, omega, at_ports)
-        own = np.zeros((count, *force.shape), complex)
+        own: Array = np.zeros((count, *force.shape), complex)
+        outputs = len(self.evidence.channels)
+        made: Array = np.zeros((len(omega), len(orders), outputs, len(each)), complex)
         for k, one in enumerate(each):
             for local, port, times in one.nonlinear:
                 x, here = at_ports[:, port], omega.real
                 force[:, port, k] += times * local.equivalent(np.abs(x), here) * x
-                own[:, :, port, k] += times * (local.harmonics(np.abs(x), count, here) * turned(x, count)).T
+                wave = times * local.harmonics(np.abs(x), count, here) * turned(x, count)
+                own[:, :, port, k] += wave.T
+                if self.harmonics is not None:  # on the mesh that these were reduced with
+                    read = self.harmonics.field @ local.row(self.harmonics.structure)
+                    made[..., k] -= read * wave[:, orders - 1, None]
         per_force = force / scale[:, None, None]
         response = self.log_response_change(-R[:, self.model.ports.outputs][:, :, self.at] @ per_force, R, omega)
         moved = -R[:, self.moving][:, :, self.at] @ per_force / driven[:, self.moving, None]
@@ -216,8 +222,7 @@ class PortModel(ResidualModel):
         found = [columns for _, columns in self._steps(baseline, R, omega, held.steps, change)[1]]
         if self.harmonics is not None:
             whitening = held.harmonics or self.harmonics.whitening(self.errors.harmonics)
-            read = -np.einsum("shon,pn,hspk->shok", self.harmonics.field, self.rows, own[orders - 1], optimize=True)
-            columns = self.harmonics.whiten(read, whitening)
+            columns = self.harmonics.whiten(made, whitening)
             for _, of_others in self._harmonics(baseline, R, balance, whitening, change)[1]:
                 columns = columns + of_others
             found.append(columns)
