@@ -42,7 +42,7 @@ from twin.identify.residuals.error_model import SPREAD, ErrorModel, log_prior
 from twin.identify.residuals.frequency_model import FrequencyModel
 from twin.identify.residuals.likelihood import residual_model, solves_modes, sound_errors
 from twin.identify.residuals.linearisation import Linearisation
-from twin.identify.residuals.port_forces import PortModel, acts_at_ports, port_changes, slides
+from twin.identify.residuals.port_forces import PortModel, acts_at_ports, port_changes
 from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
@@ -263,7 +263,7 @@ def _signatures_of(left_by: _LeftBy, prediction: Prediction, cause: Cause) -> li
                 step = _small_step(p, start[p.name] - p.null, remakes=remakes)
                 change = cause.modification(evidence, label, {**none, p.name: p.null + step})
                 columns[:, k] = p.scale / step
-                if isinstance(plain, ResidualModel) and acts_at_ports(change) and not slides(change):
+                if isinstance(plain, ResidualModel) and acts_at_ports(change):
                     little.append((change, columns[:, k]))
                 else:
                     columns[:, k] *= before - left_by(change)
