@@ -69,7 +69,7 @@ def soft_joint(tmp_path_factory):
 
 IS_NONE = pytest.mark.xfail(
     strict=True,
-    reason="beside what sound rigs may have of a slider, told exactly, the soft joint promises 9 nats of 37 and is none",
+    reason="beside what sound rigs may have of a slider, told exactly, it promises 9 nats of 37 and is none",
 )
 
 
