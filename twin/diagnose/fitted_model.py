@@ -24,7 +24,7 @@ from twin.identify.residuals.error_model import OF_SHIFTS, ErrorModel
 from twin.identify.residuals.frequency_model import FrequencyModel
 from twin.identify.residuals.likelihood import residual_model, solves_modes, sound_errors
 from twin.identify.residuals.linearisation import Linearisation
-from twin.identify.residuals.port_forces import PortModel, Side, acts_at_ports, port_slopes, slides
+from twin.identify.residuals.port_forces import Change, PortModel, acts_at_ports, port_changes, slides
 from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals, LowRankWhitening
@@ -289,22 +289,23 @@ class WeighedProblem:
     def evaluate(self, x: Array) -> Prediction:
         """The whitened residual and its sensitivities to all parameters."""
         problem, model, baseline = self.problem, self._residual_model(x), self.problem.baseline(x)
-        found, at_ports = model.evaluate(baseline), list[int]()
-        columns, sides = np.empty((len(found.residual), len(problem.slots))), list[Side]()
+        found, at_ports = model.evaluate(baseline), dict[int, Change]()
+        columns = np.empty((len(found.residual), len(problem.slots)))
         for k, (i, _) in enumerate(problem.slots):
-            less, more = problem.sides(x, problem.count + k)
-            one, two = (problem.hypotheses(side)[i].modification(problem.evidence) for side in (less, more))
-            # What a slider slips into goes with the balance.
-            if isinstance(model, ResidualModel) and acts_at_ports(two) and not slides(two):
-                at_ports.append(k)
-                sides.append((one, two, float(np.sum(more - less))))
+            number = problem.count + k
+            sides = problem.sides(x, number)
+            less, more = (problem.hypotheses(side)[i].modification(problem.evidence) for side in sides)
+            if isinstance(model, ResidualModel) and acts_at_ports(more) and not slides(more):
+                factor = 1 / (sides[1][number] - sides[0][number])
+                at_ports[k] = ((more, factor), (less, -factor))
             else:
-                columns[:, k] = problem.slope(lambda at: -self.predict(at).residual, x, problem.count + k)
-        if isinstance(model, ResidualModel) and sides:
-            held, whole = self._held(x), modification_of(problem.evidence, problem.hypotheses(x))
-            with_ports = partial(PortModel, problem.evidence, whole, problem.harmonics, held=held)
-            added = None if held.by_causes is None else held.by_causes[:, :, at_ports]
-            columns[:, at_ports] = port_slopes(with_ports, model.model.structure, baseline, sides, added=added)
+                columns[:, k] = problem.slope(lambda at: -self.predict(at).residual, x, number)
+        if isinstance(model, ResidualModel) and at_ports:
+            own, whole = list(at_ports), modification_of(problem.evidence, problem.hypotheses(x))
+            with_ports = partial(PortModel, problem.evidence, whole, problem.harmonics, held=self._held(x))
+            added = None if self.held.by_causes is None else self.held.by_causes[:, :, own]
+            changes = port_changes(with_ports, model.model.structure, baseline, list(at_ports.values()), added=added)
+            columns[:, own] = np.column_stack(list(changes))
         return replace(found, jacobian=np.column_stack([found.jacobian, columns]))
 
     def added_by_causes(self) -> Array:
@@ -396,5 +397,4 @@ def _free_count(solution: Solution) -> int:
     """Parameters that the data determine rather than the prior, rounded; none where the fit could not begin."""
     if solution.ended == "not finite":
         return 0
-    data = solution.jacobian.T @ solution.jacobian
-    return round(float(np.trace(Cholesky.of(solution.information).solve(data))))
+    return round(float(np.trace(Cholesky.of(solution.information).solve(solution.jacobian.T @ solution.jacobian))))

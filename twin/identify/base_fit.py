@@ -82,7 +82,7 @@ def law_from_steps(residual_model: ResidualModel | FrequencyModel, base: LinearP
         stiffness = np.zeros((len(omega), n), complex)
         stiffness[:, :p], stiffness[:, p : 2 * p] = -s[:, None] * weights[:, :p], 1j * loss[:, None] * weights[:, p:]
         if residual_model.local.forces:
-            laws = _smoothed(residual_model, s, loss, around.motion(stiffness)[0])
+            laws = _smoothed(residual_model, s, loss, around.motion(stiffness))
             stiffness[:, 2 * p :] = residual_model.local.balance(laws, omega, around).stiffness[:, 2 * p :]
         motion, reading, by_stiffness = around.reading(stiffness)
         # d(1/H) H = -dH/H; both unknowns are real, the equation is complex.

@@ -3,7 +3,7 @@
 From the residual r of a fit and its sensitivities J, whitened and with their prior as further rows, a cause whose
 signatures by its strengths are the columns X, with the unknowns and what sound rigs have of every cause projected out,
 has the sizes D^-1 u with the covariance D^-1, where D = X' X and u = X' r.  With priors of unit size its log Bayes
-factor is u' (D + 1)^-1 u / 2 - ln det(1 + D) / 2.  One residual for each strength and place, no fit.
+factor is u' (D + 1)^-1 u / 2 - ln det(1 + D) / 2.  No fit for any place.
 
 All that is at one size of the errors.  The model that a cause completes needs smaller ones than the model without it:
 so its evidence is the largest over sizes between, of the model's without it there and of the log Bayes factor there.
@@ -258,7 +258,8 @@ def _signatures_of(left_by: _LeftBy, prediction: Prediction, cause: Cause) -> li
             # A structure made anew differs a little from the assumed one, without any effect in it.
             remakes = solves_modes(evidence, cause.modification(evidence, label, start))
             none = {**start, **{p.name: p.null for p in strengths}}
-            before = left_by(cause.modification(evidence, label, none)) if remakes else prediction.residual
+            anew = remakes and strengths
+            before = left_by(cause.modification(evidence, label, none)) if anew else prediction.residual
             for k, p in enumerate(strengths):
                 step = _small_step(p, start[p.name] - p.null, remakes=remakes)
                 change = cause.modification(evidence, label, {**none, p.name: p.null + step})
@@ -269,7 +270,7 @@ def _signatures_of(left_by: _LeftBy, prediction: Prediction, cause: Cause) -> li
                     columns[:, k] *= before - left_by(change)
             found.append(_Signature(CauseHypothesis(cause, label, start, {}), strengths, columns, count))
     if isinstance(plain, ResidualModel):
-        small = [modification for modification, _ in little]
+        small = [((modification, 1.0),) for modification, _ in little]
         whole = modification_of(evidence, left_by.model.hypotheses)
         with_ports = partial(PortModel, evidence, whole, left_by.harmonics, held=left_by.held)
         changes = port_changes(with_ports, plain.model.structure, left_by.model.baseline, small)

@@ -107,7 +107,7 @@ class ForwardModel(LinearForwardModel):
             # A model with further forces may be held to a balance without them: they come last.
             stiffness, added = np.zeros_like(around.driven), held.added.of_ports(len(self.moving))
             stiffness[:, : held.stiffness.shape[1]] = held.stiffness
-            start = np.abs(around.motion(stiffness)[0])
+            start = np.abs(around.motion(stiffness))
             found = self.local_at(held).balance(baseline.laws, omega, around, added=added, start=start)
         else:
             found = self._with_harmonics(baseline, omega, around)

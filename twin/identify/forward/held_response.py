@@ -129,7 +129,7 @@ class HeldRig:
         everywhere = np.arange(len(self._reading))
         _, at_last, _ = self.surroundings(everywhere, np.ones(len(everywhere))).reading(stiffness)
         for k in (np.zeros_like(stiffness), stiffness):
-            motion = np.abs(self.surroundings(everywhere, np.ones(len(everywhere))).motion(k)[0])
+            motion = np.abs(self.surroundings(everywhere, np.ones(len(everywhere))).motion(k))
             for number, law in enumerate(self.laws):
                 own = np.flatnonzero(self._rig.points.joint == number)
                 if np.any(law.softening):
@@ -164,7 +164,7 @@ class HeldRig:
                 if turn:
                     start = log_motion[c]
                 elif c < 2:
-                    start = np.log(np.maximum(np.abs(around.motion(np.zeros_like(self._driven))[0]), 1e-300))
+                    start = np.log(np.maximum(np.abs(around.motion(np.zeros_like(self._driven))), 1e-300))
                 else:
                     start = 2 * log_motion[c - 1] - log_motion[c - 2]
                 found = self.forces(every, ripples[c]).balance(

@@ -45,18 +45,15 @@ class Surroundings:
     amplitude: Array
     """Complex, that channel's measured reading, (s,)."""
 
-    def motion(self, stiffness: Array) -> tuple[Array, Array]:
-        """Complex amplitudes (s, n) of the ports with `stiffness` (s, n) there; d log motion_i / d stiffness_j."""
-        driven, among, reading, by_reading = self._with(stiffness)
-        influence = -among * driven[:, None, :] / driven[:, :, None] - by_reading[:, None, :]
-        return driven / reading[:, None] * self.amplitude[:, None], influence
+    def motion(self, stiffness: Array) -> Array:
+        """Complex amplitudes (s, n) of the ports with `stiffness` (s, n) there."""
+        with_springs = np.eye(stiffness.shape[1]) + self.among * stiffness[:, None, :]
+        driven = np.linalg.solve(with_springs, self.driven[:, :, None])[:, :, 0]
+        reading = self.reference - np.sum(self.to_reference * stiffness * driven, axis=1)
+        return np.asarray(driven / reading[:, None] * self.amplitude[:, None])
 
     def reading(self, stiffness: Array) -> tuple[Array, Array, Array]:
         """The ports' motion (s, n), what the reference channel reads per force (s,), d log of that / d stiffness."""
-        driven, _, reading, by_reading = self._with(stiffness)
-        return driven / reading[:, None] * self.amplitude[:, None], reading, by_reading
-
-    def _with(self, stiffness: Array) -> tuple[Array, Array, Array, Array]:
         n = stiffness.shape[1]
         right = np.concatenate([self.driven[:, :, None], self.among], axis=2)
         solved = np.linalg.solve(np.eye(n) + self.among * stiffness[:, None, :], right)
@@ -64,7 +61,8 @@ class Surroundings:
         held = self.to_reference * stiffness
         reading = self.reference - np.sum(held * driven, axis=1)
         to_reference = self.to_reference - (held[:, None, :] @ among)[:, 0]
-        return driven, among, reading, -to_reference * driven / reading[:, None]
+        motion = driven / reading[:, None] * self.amplitude[:, None]
+        return motion, reading, -to_reference * driven / reading[:, None]
 
 
 @dataclass(frozen=True)
@@ -160,7 +158,7 @@ class LocalForces:
         if not around.driven.size:  # nothing of the rig goes by an amplitude
             return Balance(around.driven, around.driven, added, np.zeros(len(omega)))
         if start is None:
-            start = np.abs(around.motion(np.zeros_like(around.driven))[0])
+            start = np.abs(around.motion(np.zeros_like(around.driven)))
         log_a = log_amplitudes(start)
         arrays = (
             *packed_laws(laws, self.joint), self.weights, around.among, around.driven, around.reference,

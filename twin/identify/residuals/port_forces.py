@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.forward.broadband_response import felt_receptance, noise_motion
+from twin.identify.forward.broadband_response import in_noise, noise_motion
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification, NonlinearForce
 from twin.identify.nonlinear.balance import Balance
@@ -25,8 +25,8 @@ from twin.structure import Structure
 AT_A_TIME = 16
 """Ports: receptances among all go by their square, and each group takes the model's own anew."""
 
-Side = tuple[ModelModification, ModelModification, float]
-"""What acts with less and with more of a parameter, and how much more that is."""
+Change = Sequence[tuple[ModelModification, float]]
+"""Small modifications, and how many times each."""
 
 
 @dataclass(frozen=True)
@@ -55,50 +55,32 @@ def port_changes(
     with_ports: Callable[..., PortModel],
     structure: Structure,
     baseline: BaselineParameters,
-    each: Sequence[ModelModification],
+    each: Sequence[Change],
+    *,
+    added: Array | None = None,
 ) -> Iterator[Array]:
-    """Changes of the residual (r,) by small modifications that act at ports, in their order.
+    """Derivatives of the whitened prediction (r,) by changes that act at ports, in their order.
 
     Parameters
     ----------
     with_ports
-        The model with ports (n, d) beside its own.
+        Makes the model with ports (n, d) beside its own.
     structure
-        That it has.
-    """
-    ports = _Ports(structure)
-    for one in each:
-        ports.put((one, 1.0))
-        if len(ports.rows) >= AT_A_TIME:
-            yield from with_ports(ports=ports.stacked).changes(baseline, ports.forces).T
-            ports = _Ports(structure)
-    if ports.forces:
-        yield from with_ports(ports=ports.stacked).changes(baseline, ports.forces).T
-
-
-def port_slopes(
-    with_ports: Callable[..., PortModel],
-    structure: Structure,
-    baseline: BaselineParameters,
-    sides: Sequence[Side],
-    *,
-    added: Array | None,
-) -> Array:
-    """D predicted (r, k) by parameters of what acts at ports of a model that has it.
-
-    Parameters
-    ----------
-    with_ports, structure
-        As for :func:`port_changes`.
-    sides
-        Of each.
+        The model's.
     added
         As for :meth:`PortModel.changes`.
     """
-    ports = _Ports(structure)
-    for less, more, width in sides:
-        ports.put((more, 1 / width), (less, -1 / width))
-    return with_ports(ports=ports.stacked).changes(baseline, ports.forces, added=added)
+    first = 0
+    while first < len(each):
+        ports = _Ports(structure)
+        for change in each[first:]:
+            ports.put(change)
+            if len(ports.rows) >= AT_A_TIME:
+                break
+        last = first + len(ports.forces)
+        part = None if added is None else added[:, :, first:last]
+        yield from with_ports(ports=ports.stacked).changes(baseline, ports.forces, added=part).T
+        first = last
 
 
 class _Ports:
@@ -114,8 +96,8 @@ class _Ports:
         """Their rows (n, d)."""
         return np.array(self.rows).reshape(-1, self.structure.size)
 
-    def put(self, *each: tuple[ModelModification, float]) -> None:
-        """One more column: so many times each of these."""
+    def put(self, each: Change) -> None:
+        """One more column."""
         attached = [
             (a, np.array([self._at(row) for row in a.rows(self.structure)]), times)
             for one, times in each
@@ -149,7 +131,7 @@ class PortModel(ResidualModel):
         ports: Array,
         held: Linearisation,
     ) -> None:
-        free = Attachment(lambda structure: ports, lambda omega: np.zeros((len(omega), len(ports)), complex))
+        free = Attachment(lambda structure: ports, lambda omega: np.zeros((len(omega), 0)))
         super().__init__(evidence, modification.merged(ModelModification(attachments=(free,))), harmonics, held=held)
         self.held = held
         before = sum(len(a.rows(self.model.structure)) for a in self.modification.attachments[:-1])
@@ -176,8 +158,10 @@ class PortModel(ResidualModel):
     def _of_broadband(self, data: BinnedResponse, baseline: BaselineParameters, each: Sequence[PortForces]) -> Array:
         """Changes (b, o, k) of the log responses."""
         alone, omega = self.broadband_receptance(data, baseline, data.omega)
-        R = felt_receptance(self, data, baseline)[0] if self.local.act_in_noise else alone
-        into, motion = self.driven(R, omega)[:, self.at], noise_motion(self, alone, omega, data, self.at)
+        R, motion = alone, noise_motion(self, alone, omega, data, self.at)
+        if self.local.act_in_noise:
+            R = in_noise(self, alone, omega, noise_motion(self, alone, omega, data, self.nonlinear_ports))
+        into = self.driven(R, omega)[:, self.at]
         force = _attached(each, omega, into)
         for k, one in enumerate(each):
             for local, port, times in one.nonlinear:

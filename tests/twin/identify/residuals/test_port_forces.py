@@ -81,7 +81,7 @@ def test_all_changes_at_once_are_those_of_each_whole_model(measured, baseline, m
         return changed.holding(held.adding(more)).evaluate(baseline, sensitivities=False)
 
     before = left_by(ModelModification())
-    found = port_changes(with_ports, plain.model.structure, baseline, small)
+    found = port_changes(with_ports, plain.model.structure, baseline, [((each, 1.0),) for each in small])
     for name, modification, change in zip(SMALL, small, found, strict=True):
         expected = before.residual - left_by(modification).residual
         for block, rows in before.blocks:
