@@ -24,7 +24,7 @@ from twin.identify.residuals.error_model import OF_SHIFTS, ErrorModel
 from twin.identify.residuals.frequency_model import FrequencyModel
 from twin.identify.residuals.likelihood import residual_model, solves_modes, sound_errors
 from twin.identify.residuals.linearisation import Linearisation
-from twin.identify.residuals.port_forces import Change, PortModel, acts_at_ports, port_changes, slides
+from twin.identify.residuals.port_forces import Change, PortModel, acts_at_ports, port_changes
 from twin.identify.residuals.prediction import Prediction
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals, LowRankWhitening
@@ -295,7 +295,7 @@ class WeighedProblem:
             number = problem.count + k
             sides = problem.sides(x, number)
             less, more = (problem.hypotheses(side)[i].modification(problem.evidence) for side in sides)
-            if isinstance(model, ResidualModel) and acts_at_ports(more) and not slides(more):
+            if isinstance(model, ResidualModel) and acts_at_ports(more):
                 factor = 1 / (sides[1][number] - sides[0][number])
                 at_ports[k] = ((more, factor), (less, -factor))
             else:

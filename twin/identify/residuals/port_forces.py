@@ -39,16 +39,16 @@ class PortForces:
 
 
 def acts_at_ports(modification: ModelModification) -> bool:
-    """Whether a modification is nothing but local forces and attachments, whichever drive acts."""
+    """Whether a modification is nothing but attachments, whichever drive acts, and local forces that do not slide.
+
+    Over its usual step a slider's force bends too much for its slope to stand for what it does.
+    """
     attachments, nonlinear = modification.attachments, modification.nonlinear
-    return modification == ModelModification(attachments=attachments, nonlinear=nonlinear) and all(
-        attachment.drive is None for attachment in attachments
+    return (
+        modification == ModelModification(attachments=attachments, nonlinear=nonlinear)
+        and all(attachment.drive is None for attachment in attachments)
+        and all(force.slider is None for force in nonlinear)
     )
-
-
-def slides(modification: ModelModification) -> bool:
-    """Whether a modification has a slider, whose force goes by what it slips into."""
-    return any(force.slider is not None for force in modification.nonlinear)
 
 
 def port_changes(

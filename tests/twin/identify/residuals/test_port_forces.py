@@ -26,7 +26,6 @@ SMALL = {
     "stiffness-loss": {"factor": 1 - 1e-6, "position_m": 0.3},
     "cubic-stiffness": {"stiffness_N_per_m3": 1e3, "position_m": 0.4},
     "ground-friction": {"force_N": 1e-6, "position_m": 0.4, "travel_m": 2e-6},
-    "joint-friction": {"stiffness_N_per_m": 10.0, "slip_force_N": 2e-6},
     "air-drag": {"coefficient_Ns2_per_m3": 1e-4},
 }
 LEAST = 2e-4
