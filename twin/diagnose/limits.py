@@ -54,10 +54,6 @@ class Limits:
     """Stiffness in slip that a joint may give or take, over what it loses there: a Jenkins element takes 1.6 times as
     much where it loses most, and less where it begins to slip."""
     # profile.py
-    profile_apart: float = 1.1
-    profile_halvings: int = 2
-    """Ratio of neighbouring values, and how often its logarithm is halved about the best one: sweeps whose steps pass
-    the threshold one by one make maxima a sixth wide."""
     profile_hopeless: float = 1.2
     """Cost over the least so far beyond which a fit leads nowhere: barriers between maxima are some per cent high."""
     # racing.py

@@ -1,22 +1,22 @@
 """Fits of rival models side by side, of which those that fall far behind end early (racing: Maron and Moore 1994)."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FittedModel, fit_model, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import fit_with_errors
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.residual_columns import ResidualColumns
-from twin.diagnose.selection.profile import highest_of_profile, threshold_of
+from twin.diagnose.selection.profile import COARSE, Profile
 from twin.identify.base_fit import law_from_steps
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residuals.error_model import ErrorModel, continuation
-from twin.identify.residuals.likelihood import sound_errors
+from twin.identify.residuals.error_model import ErrorModel
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
 from twin.identify.time_limit import time_is_up
@@ -56,6 +56,19 @@ class Begun:
     baseline: BaselineParameters
     hypotheses: tuple[CauseHypothesis, ...]
     levels: tuple[ErrorModel, ...]
+    """Those still ahead."""
+    followed: int = 0
+    """At how many before them the model followed the data."""
+
+    @property
+    def now(self) -> tuple[BaselineParameters, tuple[CauseHypothesis, ...], ErrorModel, int]:
+        """What the next fit is given."""
+        return self.baseline, self.hypotheses, self.levels[0], self.followed
+
+    def after(self, fit: FittedModel) -> Begun:
+        """Where it is after that fit."""
+        followed = self.followed + (self.levels[0].steps.stiffness < LIMITS.search_follows)
+        return Begun(fit.baseline, fit.hypotheses, self.levels[1:], followed)
 
 
 @dataclass(frozen=True)
@@ -77,37 +90,30 @@ class Race:
         None are returned if the time is up before.
         """
         running = list(begun)
-        for number in range(len(begun[0].levels) - 1):
-            if time_is_up() or not running:
+        while (left := max((len(start.levels) for start in running), default=0)) > 1:
+            if time_is_up():
                 return []
-            work = [(start.baseline, start.hypotheses, start.levels[number]) for start in running]
-            fits = parallel_map(_fit_at, (self.evidence, self.harmonics), work)
-            both = [pair for pair in zip(fits, running, strict=True) if np.isfinite(pair[0].solution.cost)]
+            ahead = [start for start in running if len(start.levels) == left]
+            running = [start for start in running if len(start.levels) < left]
+            fits = parallel_map(_fit_at, self._given, [start.now for start in ahead])
+            both = [pair for pair in zip(fits, ahead, strict=True) if np.isfinite(pair[0].solution.cost)]
             both.sort(key=lambda pair: pair[0].solution.cost)
             for fit, _ in both:
                 self.on_the_way.setdefault(fit.errors.steps.stiffness, []).append(fit)
-            running = []
+            going_on: list[Begun] = []
             for fit, start in both:
                 least = min(other.solution.cost for other in self.on_the_way[fit.errors.steps.stiffness])
                 close = fit.solution.cost <= self.effort.behind * least
-                if close and not any(_same(fit.hypotheses, other.hypotheses) for other in running):
-                    running.append(Begun(fit.baseline, fit.hypotheses, start.levels))
-        work = [(start.baseline, start.hypotheses, start.levels[-1]) for start in running]
-        last = parallel_map(partial(_fit_last, tolerances=self.tolerances), (self.evidence, self.harmonics), work)
+                if close and not any(_same(fit.hypotheses, other.hypotheses) for other in going_on):
+                    going_on.append(start.after(fit))
+            running += going_on
+        last = parallel_map(_fit_last, self._given, [start.now for start in running])
         return [fit for each in last for fit in each if np.isfinite(fit.log_evidence)]
 
-    def with_best_threshold(self, leading: FittedModel) -> list[FittedModel]:
-        """The model whose threshold is the likeliest of all, where the last cause has one."""
-        threshold = threshold_of(self.evidence, leading)
-        if threshold is None or time_is_up():
-            return []
-        # Costs compare at one model error, and the leading fit's is of the one before.
-        same = fit_model(
-            self.evidence, self.harmonics, leading.baseline, leading.hypotheses, errors=leading.errors,
-            tolerances=self.tolerances, options=FitOptions(tolerance=0.5, rounds=0),
-        )  # fmt: skip
-        found = highest_of_profile(self.evidence, self.harmonics, same, threshold, self.tolerances)
-        return _fit_last(self.evidence, self.harmonics, found.baseline, found.hypotheses, found.errors, self.tolerances)
+    @property
+    def _given(self) -> tuple[MeasuredData, HarmonicResiduals | None, ResidualColumns]:
+        """What all fits have in common."""
+        return self.evidence, self.harmonics, self.tolerances
 
 
 def _same(one: Sequence[CauseHypothesis], other: Sequence[CauseHypothesis]) -> bool:
@@ -122,45 +128,50 @@ def _same(one: Sequence[CauseHypothesis], other: Sequence[CauseHypothesis]) -> b
 def _fit_at(
     evidence: MeasuredData,
     harmonics: HarmonicResiduals | None,
+    tolerances: ResidualColumns,
     start: BaselineParameters,
     hypotheses: tuple[CauseHypothesis, ...],
     errors: ErrorModel,
+    halvings: int,
 ) -> FittedModel:
+    """The fit at one model error, with the last cause's threshold at the likeliest of some values if it has one.
+
+    It stays at what the search begins from where the model does not yet follow the data, which then tell nothing of it.
+    """
     start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
-    return fit_model(
-        evidence, harmonics, start, hypotheses, errors=errors, options=FitOptions(iterations=8, tolerance=2.0, rounds=0)
-    )
+    profile = Profile.of(evidence, harmonics, tolerances, hypotheses)
+    fit = fit_model(
+        evidence, harmonics, start, hypotheses, errors=errors, tolerances=tolerances,
+        options=replace(COARSE, held=profile.held if profile else None),
+    )  # fmt: skip
+    if profile is None or errors.steps.stiffness > LIMITS.search_follows:
+        return fit
+    return profile.highest(fit, halvings=halvings)
 
 
 def _fit_last(
     evidence: MeasuredData,
     harmonics: HarmonicResiduals | None,
+    tolerances: ResidualColumns,
     start: BaselineParameters,
     hypotheses: tuple[CauseHypothesis, ...],
     errors: ErrorModel,
-    tolerances: ResidualColumns | None,
+    halvings: int,
 ) -> list[FittedModel]:
     """None once the time is up: what a fit still takes to end, many rivals would take after each other."""
     if time_is_up():
         return []
-    start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
+    if Profile.of(evidence, harmonics, tolerances, hypotheses):
+        fit = _fit_at(evidence, harmonics, tolerances, start, hypotheses, errors, halvings)
+        start, hypotheses = fit.baseline, fit.hypotheses
+    else:
+        start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
     return [fit_with_errors(evidence, harmonics, start, hypotheses, errors=errors, tolerances=tolerances)]
 
 
 def likeliest(fits: Sequence[FittedModel]) -> FittedModel:
     """The one with the largest evidence."""
     return max(fits, key=lambda fit: fit.log_evidence)
-
-
-def once_more(
-    evidence: MeasuredData, harmonics: HarmonicResiduals | None, fit: FittedModel, tolerances: ResidualColumns | None
-) -> list[FittedModel]:
-    """A model that is not as exact as sound rigs' are, through all model errors again from where it ended."""
-    start, hypotheses, sound = fit.baseline, fit.hypotheses, sound_errors(evidence)
-    for level in continuation(sound)[:-1]:
-        loose = _fit_at(evidence, harmonics, start, hypotheses, level)
-        start, hypotheses = loose.baseline, loose.hypotheses
-    return _fit_last(evidence, harmonics, start, hypotheses, sound, tolerances)
 
 
 def _with_own_law(

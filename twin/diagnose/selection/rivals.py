@@ -10,7 +10,8 @@ from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FittedModel,
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.posterior import least_gain, log_weight
-from twin.diagnose.selection.racing import Begun, Effort, Race, likeliest, once_more
+from twin.diagnose.selection.profile import threshold_of
+from twin.diagnose.selection.racing import Begun, Effort, Race, likeliest
 from twin.diagnose.selection.score_test import Score
 from twin.identify.base_fit import baseline_bounds, law_from_steps
 from twin.identify.linear.linear_fit import largest_step
@@ -37,8 +38,8 @@ def fitted_rivals(
 
     They begin at `model`; `before` is the same with the errors that it needs beside what sound rigs have.  Where the
     likeliest is not as exact as sound rigs' models are, those follow that score `if_sound` errors alone are allowed.
-    What the law imitates may lead a fit astray: such causes begin beside no law, too, as does a leading one that fell
-    short of its maximum; where the likeliest is still not exact, all of them, and if that is no help the others.
+    What the law imitates may lead a fit astray: such causes begin beside no law, too, all of them where the likeliest
+    is still not exact, as does a leading one that explains less than the model it contains, short of its maximum.
     """
     evidence, effort = race.evidence, race.effort
     scored = _promising(evidence, scores, effort)
@@ -57,31 +58,17 @@ def fitted_rivals(
     # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
     names, imitated = {rival.cause.name for rival in promising}, _imitated(scores)
     again = [rival for rival in imitated if rival.cause.name in names]
-    others = [rival for rival in promising if not rival.cause.tried_at_full_size]
-    if fits and _fell_short(leading := likeliest(fits), before):
-        again += [rival for rival in others if rival.key == leading.hypotheses[-1].key]
     if isinstance(evidence, MeasuredFrequencies):
-        again = list(promising)  # frequencies alone have several minima: the best without a cause may lead to another
-
+        again = promising  # frequencies alone have several minima: the best without a cause may lead to another
+    elif fits and (leading := likeliest(fits)).log_evidence < before.log_evidence:
+        again += [rival for rival in promising if rival.key == leading.hypotheses[-1].key and rival not in again]
     if not exact():
         again += [rival for rival in imitated[: effort.rivals] if rival not in again]
     fits += _raced_beside_no_law(race, model, again, report)
-    fits += _raced_beside_no_law(
-        race, model, [] if exact() else [rival for rival in others if rival not in again], report
-    )
-    if fits:
-        fits += race.with_best_threshold(likeliest(fits))
-    if fits and not exact() and not time_is_up():
-        fits += once_more(evidence, race.harmonics, likeliest(fits), race.tolerances)
     best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
         best.setdefault(fit.hypotheses[-1].key, fit)
     return tuple(sorted(best.values(), key=lambda fit: -log_weight(evidence, fit)))
-
-
-def _fell_short(model: FittedModel, before: FittedModel) -> bool:
-    """Whether a fit did not come to a maximum, or to a false one: it contains the model without its last cause."""
-    return not model.solution.settled or model.log_evidence < before.log_evidence
 
 
 def _raced(race: Race, begun: list[Begun], report: Report) -> list[FittedModel]:
@@ -94,7 +81,7 @@ def _raced(race: Race, begun: list[Begun], report: Report) -> list[FittedModel]:
 def _raced_beside_no_law(
     race: Race, model: FittedModel, rivals: Sequence[CauseHypothesis], report: Report
 ) -> list[FittedModel]:
-    work = [(start,) for rival in rivals for start in _at_full_size(race.evidence, rival)]
+    work = [(_at_full_size(race.evidence, rival),) for rival in rivals]
     if not work or time_is_up():
         return []
     report(f"beginning beside no law: {', '.join(dict.fromkeys(start.key for (start,) in work))}")
@@ -118,7 +105,8 @@ def _promising(evidence: MeasuredData, scores: Sequence[Score], effort: Effort) 
 def _spread(evidence: MeasuredData, each: list[Score], count: int) -> list[Score]:
     """The first, and those farthest from what was chosen before: neighbours would come to the same maximum."""
     first = each[0].hypothesis
-    places = [p for p in first.cause.parameters(evidence, first.label) if p.is_location and not p.is_known]
+    parameters = first.cause.parameters(evidence, first.label)
+    places = [p for p in parameters if p.is_location and not (p.is_known or p.is_threshold)]
     all_values = [score.hypothesis.values for score in each]
     at = np.array([[(values[p.name] - p.lower) / (p.upper - p.lower) for p in places] for values in all_values])
     chosen = [0]
@@ -139,29 +127,34 @@ def _imitated(scores: Sequence[Score]) -> list[CauseHypothesis]:
     return list(best.values())
 
 
-def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> list[CauseHypothesis]:
-    """The same with the strength that such an effect usually has, if it is to be; with its usual threshold, too."""
+def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseHypothesis:
+    """The same with the strength and the threshold that such an effect usually has, if it is to be."""
     if not hypothesis.cause.tried_at_full_size:
-        return [hypothesis]
+        return hypothesis
     parameters = hypothesis.cause.parameters(evidence, hypothesis.label)
-    values = dict(hypothesis.values)
+    values = dict(hypothesis.values) | {p.name: p.starts[0] for p in parameters if p.is_threshold}
     for main in strengths_of(parameters)[:1]:
         full = main.null + np.copysign(main.scale, values[main.name] - main.null)
         values[main.name] = float(np.clip(full, main.lower, main.upper))
-    usual = values | {p.name: p.starts[0] for p in parameters if p.is_threshold}
-    return [replace(hypothesis, values=each) for each in ([values, usual] if usual != values else [values])]
+    return replace(hypothesis, values=values)
 
 
 def _beside_the_law(evidence: MeasuredData, model: FittedModel, score: Score) -> Begun:
-    """The model with one more cause, from what was fitted without it; all but law and shifts moved by first order."""
-    sound = sound_errors(evidence)
-    levels = [level for level in continuation(sound) if level.steps.stiffness <= model.errors.steps.stiffness]
+    """The model with one more cause, from what was fitted without it; all but law and shifts moved by first order.
+
+    Model errors begin at what that model needs; a threshold asks for larger ones.
+    """
+    sound, hypothesis = sound_errors(evidence), score.hypothesis
+    most = model.errors.steps.stiffness
+    if threshold_of(evidence, hypothesis):
+        most = max(most, LIMITS.search_follows)
+    levels = [level for level in continuation(sound) if level.steps.stiffness <= most]
     baseline, moved = model.baseline, model.baseline.vector
     # No farther than a fit goes in one step: where the model does not follow the data, first order goes anywhere.
     largest = largest_step(baseline.base)
     moved[: len(largest)] += np.clip(score.change[: len(largest)], -largest, largest)
     moved = np.clip(moved, *(baseline_bounds(baseline, side) for side in (0, 1)))
-    return Begun(baseline.with_vector(moved), (*model.hypotheses, score.hypothesis), tuple(levels) or (sound,))
+    return Begun(baseline.with_vector(moved), (*model.hypotheses, hypothesis), tuple(levels) or (sound,))
 
 
 def _beside_no_law(

@@ -1,6 +1,7 @@
 """Fits of rivals side by side: what a race does once its time is up."""
 
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ def test_no_last_fit_is_begun_once_the_time_is_up(left_s, fits, monkeypatch):
     """Each still takes its weights, its sensitivities and its errors, which of two joints are ten seconds."""
     monkeypatch.setattr(racing, "_with_own_law", lambda *given: given[2])
     monkeypatch.setattr(racing, "fit_with_errors", lambda *given, **options: FIT)
-    begun = [racing.Begun(None, (), (SOUND,))] * 2
+    mass = SimpleNamespace(cause=SimpleNamespace(parameters=lambda evidence, label: ()), label={})
+    begun = [racing.Begun(None, (mass,), (SOUND,))] * 2
     with time_limit(time.monotonic() + left_s):
         assert racing.Race(None, None, None).run(begun) == fits
