@@ -31,7 +31,7 @@ class Effort:
     labels: int
     """Most labels of each of them."""
     beginnings: int
-    """Most places or thresholds from which each of them is begun: its likelihood may have several maxima."""
+    """Most places from which each of them is begun: its likelihood may have several maxima."""
     behind: float
     """Cost over the best rival's, at one model error, from which on a fit ends early while no model follows the data:
     fits begin far from their maxima."""
@@ -89,8 +89,8 @@ class Race:
     """What sound rigs have of every cause."""
     effort: Effort = USUAL
     """How much is tried."""
-    on_the_way: dict[float, list[FittedModel]] = field(default_factory=dict)
-    """All fits so far at each model error but the last, by the error of the steps' stiffness."""
+    least: dict[float, float] = field(default_factory=dict)
+    """Cost so far at each model error but the last, by the error of the steps' stiffness."""
 
     def run(self, begun: Sequence[Begun]) -> list[FittedModel]:
         """Fit models through smaller and smaller model errors; one that falls far behind any so far ends early.
@@ -106,14 +106,12 @@ class Race:
             fits = parallel_map(_fit_at, self._given, [start.now for start in ahead])
             both = [pair for pair in zip(fits, ahead, strict=True) if np.isfinite(pair[0].solution.cost)]
             both.sort(key=lambda pair: pair[0].solution.cost)
-            for fit, _ in both:
-                self.on_the_way.setdefault(fit.errors.steps.stiffness, []).append(fit)
-            going_on: list[Begun] = []
+            error, going_on = ahead[0].levels[0].steps.stiffness, list[Begun]()
+            self.least[error] = min([self.least.get(error, np.inf), *(fit.solution.cost for fit, _ in both)])
+            most = self.least[error] * (self.effort.far_behind if ahead[0].follows else self.effort.behind)
             for fit, start in both:
-                least = min(other.solution.cost for other in self.on_the_way[fit.errors.steps.stiffness])
-                most = self.effort.far_behind if start.follows else self.effort.behind
-                close = fit.solution.cost <= most * least
-                if close and not any(_same(fit.hypotheses, other.hypotheses) for other in going_on):
+                new = not any(_same(fit.hypotheses, other.hypotheses) for other in going_on)
+                if new and fit.solution.cost <= most:
                     going_on.append(start.after(fit))
             running += going_on
         last = parallel_map(_fit_last, self._given, [start.now for start in running])
