@@ -12,7 +12,7 @@ from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import fit_with_errors
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.residual_columns import ResidualColumns
-from twin.diagnose.selection.profile import COARSE, Profile
+from twin.diagnose.selection.profile import COARSE, Profile, threshold_of
 from twin.identify.base_fit import law_from_steps
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.measured_data import MeasuredData
@@ -69,11 +69,6 @@ class Begun:
         """Whether its next model error is so small that a model which needs no more follows the data."""
         return self.levels[0].steps.stiffness < LIMITS.search_follows
 
-    @property
-    def now(self) -> tuple[BaselineParameters, tuple[CauseHypothesis, ...], ErrorModel, int]:
-        """What the next fit is given."""
-        return self.baseline, self.hypotheses, self.levels[0], self.followed
-
     def after(self, fit: FittedModel) -> Begun:
         """Where it is after that fit."""
         return Begun(fit.baseline, fit.hypotheses, self.levels[1:], self.followed + self.follows)
@@ -103,7 +98,7 @@ class Race:
                 return []
             ahead = [start for start in running if len(start.levels) == left]
             running = [start for start in running if len(start.levels) < left]
-            fits = parallel_map(_fit_at, self._given, [start.now for start in ahead])
+            fits = parallel_map(_fit_at, self._given, [(start,) for start in ahead])
             both = [pair for pair in zip(fits, ahead, strict=True) if np.isfinite(pair[0].solution.cost)]
             both.sort(key=lambda pair: pair[0].solution.cost)
             error, going_on = ahead[0].levels[0].steps.stiffness, list[Begun]()
@@ -114,7 +109,7 @@ class Race:
                 if new and fit.solution.cost <= most:
                     going_on.append(start.after(fit))
             running += going_on
-        last = parallel_map(_fit_last, self._given, [start.now for start in running])
+        last = parallel_map(_fit_last, self._given, [(start,) for start in running])
         return [fit for each in last for fit in each if np.isfinite(fit.log_evidence)]
 
     @property
@@ -133,46 +128,29 @@ def _same(one: Sequence[CauseHypothesis], other: Sequence[CauseHypothesis]) -> b
 
 
 def _fit_at(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    tolerances: ResidualColumns,
-    start: BaselineParameters,
-    hypotheses: tuple[CauseHypothesis, ...],
-    errors: ErrorModel,
-    halvings: int,
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, tolerances: ResidualColumns, begun: Begun
 ) -> FittedModel:
-    """The fit at one model error, with the last cause's threshold at the likeliest of some values if it has one.
+    """The fit at the next model error, with the last cause's threshold at the likeliest of some values if it has one.
 
     It stays at what the search begins from where the model does not yet follow the data, which then tell nothing of it.
     """
-    start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
-    profile = Profile.of(evidence, harmonics, tolerances, hypotheses)
+    profile = Profile.of(evidence, harmonics, tolerances, begun.hypotheses)
     fit = fit_model(
-        evidence, harmonics, start, hypotheses, errors=errors, tolerances=tolerances,
-        options=replace(COARSE, held=profile.held if profile else None),
+        evidence, harmonics, _with_own_law(evidence, harmonics, begun), begun.hypotheses, errors=begun.levels[0],
+        tolerances=tolerances, options=replace(COARSE, held=profile.held if profile else None),
     )  # fmt: skip
-    if profile is None or errors.steps.stiffness > LIMITS.search_follows:
-        return fit
-    return profile.highest(fit, halvings=halvings)
+    return profile.highest(fit, halvings=begun.followed) if profile and begun.follows else fit
 
 
 def _fit_last(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    tolerances: ResidualColumns,
-    start: BaselineParameters,
-    hypotheses: tuple[CauseHypothesis, ...],
-    errors: ErrorModel,
-    halvings: int,
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, tolerances: ResidualColumns, begun: Begun
 ) -> list[FittedModel]:
     """None once the time is up: what a fit still takes to end, many rivals would take after each other."""
     if time_is_up():
         return []
-    if Profile.of(evidence, harmonics, tolerances, hypotheses):
-        fit = _fit_at(evidence, harmonics, tolerances, start, hypotheses, errors, halvings)
-        start, hypotheses = fit.baseline, fit.hypotheses
-    else:
-        start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
+    held = _fit_at(evidence, harmonics, tolerances, begun) if threshold_of(evidence, begun.hypotheses[-1]) else None
+    start = held.baseline if held else _with_own_law(evidence, harmonics, begun)
+    hypotheses, errors = held.hypotheses if held else begun.hypotheses, begun.levels[0]
     return [fit_with_errors(evidence, harmonics, start, hypotheses, errors=errors, tolerances=tolerances)]
 
 
@@ -181,20 +159,16 @@ def likeliest(fits: Sequence[FittedModel]) -> FittedModel:
     return max(fits, key=lambda fit: fit.log_evidence)
 
 
-def _with_own_law(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    start: BaselineParameters,
-    hypotheses: tuple[CauseHypothesis, ...],
-    errors: ErrorModel,
-) -> BaselineParameters:
+def _with_own_law(evidence: MeasuredData, harmonics: HarmonicResiduals | None, begun: Begun) -> BaselineParameters:
     """The start with the law that the steps ask for beside these causes, where that fits better.
 
     Sharp resonances make a law that was found beside another model a trap.
     """
+    start = begun.baseline
     if not (len(evidence.steps) and evidence.joints):
         return start
-    residual_model = ResidualModel(evidence, modification_of(evidence, hypotheses), harmonics, errors=errors)
+    whole = modification_of(evidence, begun.hypotheses)
+    residual_model = ResidualModel(evidence, whole, harmonics, errors=begun.levels[0])
     own = law_from_steps(residual_model, start.base)
     now, then = (residual_model.evaluate(trial, sensitivities=False).chi2 for trial in (start, own))
     return own if then < now else start

@@ -19,7 +19,7 @@ FIT = FittedModel((), None, SOUND, Solution(NONE, 0.0, 0.0, NONE, NONE, NONE, (0
 @pytest.mark.parametrize(("left_s", "fits"), [(60.0, [FIT, FIT]), (0.0, [])])
 def test_no_last_fit_is_begun_once_the_time_is_up(left_s, fits, monkeypatch):
     """Each still takes its weights, its sensitivities and its errors, which of two joints are ten seconds."""
-    monkeypatch.setattr(racing, "_with_own_law", lambda *given: given[2])
+    monkeypatch.setattr(racing, "_with_own_law", lambda *given: given[2].baseline)
     monkeypatch.setattr(racing, "fit_with_errors", lambda *given, **options: FIT)
     mass = SimpleNamespace(cause=SimpleNamespace(parameters=lambda evidence, label: ()), label={})
     begun = [racing.Begun(None, (mass,), (SOUND,))] * 2
