@@ -85,7 +85,7 @@ class Race:
     effort: Effort = USUAL
     """How much is tried."""
     least: dict[float, float] = field(default_factory=dict)
-    """Cost so far at each model error but the last, by the error of the steps' stiffness."""
+    """Of the costs so far at each model error but the last, by the error of the steps' stiffness."""
 
     def run(self, begun: Sequence[Begun]) -> list[FittedModel]:
         """Fit models through smaller and smaller model errors; one that falls far behind any so far ends early.

@@ -59,7 +59,7 @@ def fitted_rivals(
     names, imitated = {rival.cause.name for rival in promising}, _imitated(scores)
     again = [rival for rival in imitated if rival.cause.name in names]
     if isinstance(evidence, MeasuredFrequencies):
-        again = promising  # frequencies alone have several minima: the best without a cause may lead to another
+        again = list(promising)  # frequencies alone have several minima: the best without a cause may lead to another
     elif fits and (leading := likeliest(fits)).log_evidence < before.log_evidence:
         again += [rival for rival in promising if rival.key == leading.hypotheses[-1].key and rival not in again]
     if not exact():
