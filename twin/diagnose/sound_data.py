@@ -8,7 +8,16 @@ from dataclasses import dataclass
 
 from recordings.run import Run
 from twin.diagnose.effects import with_effects
-from twin.diagnose.signals import Finding, Sidebands, as_known, find_sidebands, foreign_lines, inspect_signals, mended
+from twin.diagnose.signals import (
+    Finding,
+    Sidebands,
+    as_known,
+    find_sidebands,
+    foreign_lines,
+    inspect_signals,
+    loudest_Hz,
+    mended,
+)
 from twin.identify.measured_data import MeasuredData, gather_data
 from twin.identify.rig_channels import own_channels
 from twin.rigs import Rig
@@ -46,5 +55,9 @@ def sound_data(runs: Sequence[Run], rig: Rig, *, preload: str | None = None, sou
     usable = [mended(run, findings) for run in runs]
     lines = foreign_lines(findings)
     evidence = gather_data(usable, rig, preload=preload, lines=lines)
-    sidebands = find_sidebands(usable, evidence.channels, lines, unsettled=evidence.unsettled)
+    states = [*evidence.steps.states, *evidence.unsettled]
+    sidebands = find_sidebands(
+        usable, evidence.channels, lines, unsettled=evidence.unsettled,
+        resonance_Hz=loudest_Hz(states, evidence.channels, force=evidence.force),
+    )  # fmt: skip
     return SoundData(with_effects(evidence, source=source), tuple(findings), sidebands)

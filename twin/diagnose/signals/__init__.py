@@ -10,7 +10,7 @@ from recordings.run import Run
 from twin.cause_registry import FINDINGS
 from twin.diagnose.signals.clock import as_known, with_clock
 from twin.diagnose.signals.finding import Finding
-from twin.diagnose.signals.sidebands import Sidebands, find_sidebands
+from twin.diagnose.signals.sidebands import Sidebands, find_sidebands, loudest_Hz
 from twin.diagnose.signals.unsettled import find_unsettled
 from twin.identify.spectra.sine_fit import Line
 

@@ -89,10 +89,8 @@ class Limits:
     """Of the distances that are looked at, and between them."""
     sidebands_fractions: tuple[float, float] = (1 / 2, 1 / 3)
     """Of the drive's frequency, where a structure may answer as well."""
-    median_of_two: float = 1.678 / 2
-    """Median over mean of the mean of two exponential variables, such as lines on both sides of the drive's."""
     least_log_bayes: float = 10.0
-    """From which on they are told; 24 recordings without any, of the bench and another program, show 3.4 at the
+    """From which on they are told; 43 recordings without any, of the bench and two other programs, show 5.7 at the
     most."""
 
     # diagnose/signals/unsettled.py

@@ -41,7 +41,12 @@ class Sidebands:
 
 
 def find_sidebands(
-    runs: Sequence[Run], channels: Sequence[str], lines: Mapping[str, Line], *, unsettled: Sequence[SteadyState] = ()
+    runs: Sequence[Run],
+    channels: Sequence[str],
+    lines: Mapping[str, Line],
+    *,
+    unsettled: Sequence[SteadyState] = (),
+    resonance_Hz: Mapping[tuple[str, str], float] | None = None,
 ) -> Sidebands | None:
     """Look for them in the sine steps of some channels, in which samples may be missing; None where noise will do.
 
@@ -51,6 +56,8 @@ def find_sidebands(
         Foreign ones by channel, such as mains hum: they keep their frequency instead.
     unsettled
         Steps in which the rig still rings at its own frequency, which are not looked at.
+    resonance_Hz
+        By run and sweep: there it rings a little in every step, and makes more of any noise that drives it.
     """
     ringing = {(state.run, state.sweep, state.index) for state in unsettled}
     stretches = [(run, stretch) for run in runs for sweep in sweeps(run) for stretch in sweep.stretches]
@@ -62,14 +69,21 @@ def find_sidebands(
     stretches = stretches[:: -(-len(stretches) // MOST_STEPS) or 1]
     best: Sidebands | None = None
     for channel in channels:
-        powers = [_powers(run, stretch, channel, lines.get(channel)) for run, stretch in stretches]
+        powers = [
+            _powers(
+                run, stretch, channel, lines.get(channel),
+                own_Hz=(resonance_Hz or {}).get((run.path, stretch.step.sweep), np.inf),
+            )
+            for run, stretch in stretches
+        ]  # fmt: skip
         seen = [one for one in powers if one is not None]
         if len(seen) < LEAST_STEPS:
             continue
-        table = np.array(seen)
-        looked_at = np.flatnonzero(np.isfinite(table).sum(axis=0) >= LEAST_STEPS)
-        power = np.nanmedian(table[:, looked_at], axis=0) / LIMITS.median_of_two
-        count = 2 * np.isfinite(table[:, looked_at]).sum(axis=0)
+        table = np.vstack(seen)
+        count = np.isfinite(table).sum(axis=0)
+        looked_at = np.flatnonzero(count >= 2 * LEAST_STEPS)
+        count = count[looked_at]
+        power = np.nanmedian(table[:, looked_at], axis=0) / np.log(2)
         log_bayes = np.where(power > 1, count * (power - 1 - np.log(power)), 0.0) - np.log(
             len(looked_at) * len(channels)
         )
@@ -81,6 +95,18 @@ def find_sidebands(
     return best
 
 
+def loudest_Hz(states: Sequence[SteadyState], channels: Sequence[str], *, force: str) -> dict[tuple[str, str], float]:
+    """Where the responses to a newton are largest, by run and sweep: about there the rig rings by itself."""
+    steps: dict[tuple[str, str], list[SteadyState]] = {}
+    for state in states:
+        steps.setdefault((state.run, state.sweep), []).append(state)
+    found = {}
+    for key, own in steps.items():
+        size = np.array([[abs(s.amplitude[c][0] / (s.amplitude[force][0] or 1e-60)) for c in channels] for s in own])
+        found[key] = own[int(np.argmax(np.sum(size / size.max(axis=0).clip(1e-60), axis=1)))].frequency_Hz
+    return found
+
+
 def _offsets(frequency_Hz: float) -> Array:
     """Distances to a drive that are looked at, Hz."""
     return np.append(
@@ -89,8 +115,8 @@ def _offsets(frequency_Hz: float) -> Array:
     )
 
 
-def _powers(run: Run, stretch: Stretch, channel: str, line: Line | None) -> Array | None:
-    """Power at each of the offsets, mean of both sides, over the noise's; NaN too near to the drive's line."""
+def _powers(run: Run, stretch: Stretch, channel: str, line: Line | None, *, own_Hz: float) -> Array | None:
+    """Power on both sides of the drive, (2, offsets), over the noise's; NaN too near to the drive's line or to own."""
     x = run.between(channel, stretch.start_ns, stretch.stop_ns)[: LIMITS.sidebands_samples].astype(float)
     rate, drive = run.device_of(channel).sample_rate_Hz, stretch.step.frequency_Hz
     if len(x) < 64 or not np.isfinite(x).all():
@@ -108,21 +134,24 @@ def _powers(run: Run, stretch: Stretch, channel: str, line: Line | None) -> Arra
     left = np.concatenate([rest[:, 0] for _, rest in remainders(len(x), lambda at: x[at, None], repeating)])
     padded = 1 << (4 * len(x) - 1).bit_length()
     lines = np.abs(np.fft.fft(left * np.exp(-2j * np.pi * drive * t), padded)) ** 2
-    offsets, nearest = _offsets(drive), LIMITS.sidebands_nearest / length
+    nearest = LIMITS.sidebands_nearest / length
 
     def both_sides(offsets: Array) -> Array:
-        place = np.rint(offsets / rate * padded).astype(int)
-        power = (lines[place] + lines[-place]) / 2
-        return np.where((offsets < nearest) | (offsets > drive - nearest), np.nan, power)
+        found = []
+        for sign in (-1, 1):
+            hidden = (offsets < nearest) | (offsets > drive - nearest)
+            hidden |= np.abs(drive + sign * offsets - own_Hz) < nearest
+            found.append(np.where(hidden, np.nan, lines[sign * np.rint(offsets / rate * padded).astype(int)]))
+        return np.array(found)
 
+    offsets = _offsets(drive)
     power = both_sides(offsets)
     if not np.isfinite(power).any():
         return None
     # The noise about each, where it is larger than elsewhere: that of some instruments grows towards low frequencies.
     away = nearest * np.arange(1.0, 3.5, 0.5)
-    noise = np.full(len(power), np.nanmedian(power))
+    noise = np.full(power.shape, np.nanmedian(power))
     around = both_sides(offsets[:, None] + np.append(-away, away))
-    told = np.isfinite(around).any(axis=1)
-    noise[told] = np.maximum(noise[told], np.nanmedian(around[told], axis=1))
-    noise /= LIMITS.median_of_two
-    return np.asarray(power / np.maximum(noise, np.finfo(float).tiny))
+    told = np.isfinite(around).any(axis=-1)
+    noise[told] = np.maximum(noise[told], np.nanmedian(around[told], axis=-1))
+    return np.asarray(power / np.maximum(noise / np.log(2), np.finfo(float).tiny))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twin.diagnose.signals import find_sidebands
+from twin.diagnose.signals import find_sidebands, loudest_Hz
 from twin.identify.spectra.sine_fit import Line, steady_states
 
 CHANNELS = ("acc1", "acc2")
@@ -51,6 +51,24 @@ def test_a_rig_that_still_rings_at_its_own_frequency_is_unsettled_and_not_change
     states = steady_states(run)
     assert find_sidebands([run], CHANNELS, {}) is not None
     assert find_sidebands([run], CHANNELS, {}, unsettled=states) is None
+
+
+def test_where_the_responses_are_largest_the_rig_rings_a_little_in_every_step(synthetic):
+    apart = np.linspace(2.2, 2.6, 8)
+    wide = np.concatenate([26.4 - apart[::-1], [26.4], 26.4 + apart])
+    samples = synthetic.stepped_sine(15, frequencies_Hz=wide)
+    t = np.arange(round(synthetic.rate_Hz)) / synthetic.rate_Hz
+    states = steady_states(synthetic.run(samples, wide))
+    loudest = loudest_Hz(states, CHANNELS, force="force")
+    (own_Hz,) = loudest.values()
+    largest = max(states, key=lambda state: abs(state.amplitude["acc1"][0] / state.amplitude["force"][0]))
+    assert own_Hz == largest.frequency_Hz
+    rng = np.random.default_rng(15)
+    angles = rng.uniform(0, 2 * np.pi, len(states))
+    ringing = [0.3 * synthetic.noise["acc1"] * np.exp(-t) * np.cos(2 * np.pi * own_Hz * t + angle) for angle in angles]
+    run = synthetic.run({**samples, "acc1": samples["acc1"] + np.concatenate(ringing)}, wide)
+    assert find_sidebands([run], CHANNELS, {}) is not None
+    assert find_sidebands([run], CHANNELS, {}, resonance_Hz=loudest) is None
 
 
 def test_a_slow_drive_leaves_little_room_for_lines_and_says_nothing(synthetic):
