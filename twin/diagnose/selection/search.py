@@ -11,7 +11,7 @@ from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import FitOptions, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import REFITTED, fit_with_errors, infer_errors, with_spread
-from twin.diagnose.posterior import least_gain, log_weight
+from twin.diagnose.posterior import log_weight
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.diagnose.selection.racing import USUAL, Effort, Race, likeliest
 from twin.diagnose.selection.rivals import Report, fitted_rivals
@@ -145,7 +145,9 @@ def _one_more(
         rivals = fitted_rivals(race, begin, before, scores, partial(_scores_if_sound, data, model, left), report)
     if not (follows or time_is_up() or any(map(_follows, rivals))):  # else it is too far behind to matter
         before = _refitted(data, model, tolerances)
-    if _lead(evidence, rivals, before) and _gained_by_the_last(evidence, rivals[0]) < least_gain(evidence):
+    if _lead(evidence, rivals, before) and (
+        _gained_by_the_last(evidence, rivals[0]) < rivals[0].log_evidence - before.log_evidence
+    ):
         before = likeliest((before, _without_the_last(data, rivals[0], tolerances)))
     complete = not time_is_up()
     accepted = complete and _lead(evidence, rivals, before)
