@@ -34,6 +34,8 @@ from twin.identify.time_limit import time_is_up
 
 REFITTED = FitOptions(tolerance=0.3)
 """Of a fit that another follows, at the error inferred about it."""
+WITHOUT = FitOptions(iterations=25, tolerance=0.3, rounds=1)
+"""Of a fit without tolerances that one with them follows."""
 GRID = (0.3, 3.0, 30.0, 300.0)
 """Errors over a sound rig's from which the likeliest are looked for."""
 CLOSE = np.log(1.5)
@@ -159,3 +161,23 @@ def _distance(one: ErrorModel, two: ErrorModel, least: Array | float) -> float:
     """
     sizes = [np.maximum(errors.log_sizes[:OF_SOFTENING], least) for errors in (one, two)]
     return float(np.max(np.abs(sizes[0] - sizes[1])))
+
+
+def fit_without_first(
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    model: FittedModel,
+    tolerances: ResidualColumns,
+    *,
+    options: FitOptions = REFITTED,
+) -> FittedModel:
+    """Fit a model without tolerances, and with them from where that ends, as :func:`fit_with_errors`.
+
+    Tolerances make up for much of the parameters: in the wide and bent valley between them steps are tiny, and a fit
+    runs out of iterations on the way.
+    """
+    alone = fit_model(evidence, harmonics, model.baseline, model.hypotheses, errors=model.errors, options=WITHOUT)
+    return fit_with_errors(
+        evidence, harmonics, alone.baseline, alone.hypotheses, errors=model.errors, tolerances=tolerances,
+        options=options,
+    )  # fmt: skip

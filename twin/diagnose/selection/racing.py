@@ -9,7 +9,7 @@ import numpy as np
 
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.model_evidence import fit_with_errors
+from twin.diagnose.model_evidence import fit_with_errors, fit_without_first
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.diagnose.selection.profile import COARSE, Profile, threshold_of
@@ -110,7 +110,10 @@ class Race:
                     going_on.append(start.after(fit))
             running += going_on
         last = parallel_map(_fit_last, self._given, [(start,) for start in running])
-        return [fit for each in last for fit in each if np.isfinite(fit.log_evidence)]
+        fits = [fit for each in last for fit in each if np.isfinite(fit.log_evidence)]
+        return (
+            [*fits, fit_without_first(self.evidence, self.harmonics, likeliest(fits), self.tolerances)] if fits else []
+        )
 
     @property
     def _given(self) -> tuple[MeasuredData, HarmonicResiduals | None, ResidualColumns]:

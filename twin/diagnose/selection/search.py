@@ -10,7 +10,7 @@ import numpy as np
 from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import FitOptions, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.model_evidence import REFITTED, fit_with_errors, infer_errors, with_spread
+from twin.diagnose.model_evidence import REFITTED, fit_with_errors, fit_without_first, infer_errors, with_spread
 from twin.diagnose.posterior import log_weight
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.diagnose.selection.racing import USUAL, Effort, Race, likeliest
@@ -272,10 +272,15 @@ def _refitted(
     data: _Reduced, model: FittedModel, tolerances: ResidualColumns | None = None, **options: Any
 ) -> FittedModel:
     """The model with its log evidence, fitted beside what sound rigs have of every cause, or with no tolerances."""
-    return fit_with_errors(
-        *data, model.baseline, model.hypotheses, errors=model.errors, tolerances=tolerances,
-        options=replace(REFITTED, **options),
-    )  # fmt: skip
+    chosen = replace(REFITTED, **options)
+    fits = [
+        fit_with_errors(
+            *data, model.baseline, model.hypotheses, errors=model.errors, tolerances=tolerances, options=chosen
+        )
+    ]
+    if tolerances is not None and model.hypotheses:
+        fits.append(fit_without_first(*data, model, tolerances, options=chosen))
+    return likeliest(fits)
 
 
 def _harmonics(evidence: MeasuredData, model: FittedModel) -> HarmonicResiduals | None:
