@@ -111,9 +111,9 @@ class Race:
             running += going_on
         last = parallel_map(_fit_last, self._given, [(start,) for start in running])
         fits = [fit for each in last for fit in each if np.isfinite(fit.log_evidence)]
-        return (
-            [*fits, fit_without_first(self.evidence, self.harmonics, likeliest(fits), self.tolerances)] if fits else []
-        )
+        if fits and not (leading := likeliest(fits)).solution.settled:
+            fits.append(fit_without_first(self.evidence, self.harmonics, leading, self.tolerances))
+        return fits
 
     @property
     def _given(self) -> tuple[MeasuredData, HarmonicResiduals | None, ResidualColumns]:
