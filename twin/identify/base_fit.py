@@ -86,7 +86,7 @@ def law_from_steps(residual_model: ResidualModel | FrequencyModel, base: LinearP
             stiffness[:, 2 * p :] = residual_model.local.balance(laws, omega, around).stiffness[:, 2 * p :]
         motion, reading, by_stiffness = around.reading(stiffness)
         # d(1/H) H = -dH/H; both unknowns are real, the equation is complex.
-        gap = reading * steps.force[:, 0] / around.amplitude - 1
+        gap = reading * steps.force[:, 0] / steps.response[:, evidence.reference, 0] - 1
         each = by_stiffness[:, : 2 * p] * weights
         a, b = np.sum(each[:, :p], axis=1), -1j * np.sum(each[:, p:], axis=1)
         determinant = a.real * b.imag - a.imag * b.real

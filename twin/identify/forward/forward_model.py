@@ -165,10 +165,13 @@ class ForwardModel(LinearForwardModel):
         into = self.driven(free, omega)
         reading = self.measured(into[:, outputs], omega)[:, reference]
         to_outputs = self.measured_change(free[:, outputs][:, :, at], omega)[:, reference]
-        return Surroundings(
-            free[:, at[:, None], at], into[:, at], reading, to_outputs,
-            self.evidence.steps.response[:, reference, 0],
-        )  # fmt: skip
+        return Surroundings(free[:, at[:, None], at], into[:, at], reading, to_outputs, self.undrifted_reading(omega))
+
+    def undrifted_reading(self, omega: Array) -> Array:
+        """What the reference channel would show (s,) of the motion that it measured, at :meth:`clock`'s omega."""
+        reference, then = self.evidence.reference, omega * np.sqrt(self.moduli_left(self.step_times))
+        now, drifted = (self.model.to_quantity(each)[:, reference] for each in (omega, then))
+        return np.asarray(self.evidence.steps.response[:, reference, 0] * now / drifted)
 
     @property
     def orders(self) -> tuple[int, ...]:

@@ -65,11 +65,14 @@ class LinearForwardModel:
     def clock(self, omega: Array, time_s: Array) -> Array:
         """Frequency at which the undrifted model responds as the rig does at commanded `omega` and at `time_s`.
 
-        Moduli that all fall by a part e scale the natural frequencies by sqrt(1 - e); the change of the response's
-        size by e itself is far smaller and left out.
+        Moduli that all fall to a part e of themselves make the rig do under a force F at omega what the undrifted one
+        does under F / e at omega / sqrt(e): accelerations to a newton are the same, motions larger.
         """
-        fallen = np.clip(self.modification.beam_drift_per_s * time_s, -0.5, 0.5)
-        return omega * self.modification.frequency_factor / np.sqrt(1 - fallen)
+        return omega * self.modification.frequency_factor / np.sqrt(self.moduli_left(time_s))
+
+    def moduli_left(self, time_s: Array) -> Array:
+        """Share of all moduli that a drift has left."""
+        return 1 - np.clip(self.modification.beam_drift_per_s * time_s, -0.5, 0.5)
 
     def channel_factors(self, omega: Array) -> tuple[Array, Array]:
         """Measured over true: of the outputs (f, o), and of the force (f,)."""

@@ -171,10 +171,10 @@ class PortModel(ResidualModel):
 
     def _of_steps(self, baseline: BaselineParameters, each: Sequence[PortForces], added: Array | None) -> list[Array]:
         """Whitened changes (r, k) of the steps, and of their harmonics where these are data."""
-        steps, reference, held = self.evidence.steps, self.evidence.reference, self.held
+        reference, held = self.evidence.reference, self.held
         R, omega, balance = self.step_receptance(baseline, inner=False, held=self.balance_at(held, baseline))
         motion, influence = self.port_motion(R, omega)
-        scale = steps.response[:, reference, 0] / self.responses(R, omega)[:, reference]
+        scale = self.undrifted_reading(omega) / self.responses(R, omega)[:, reference]
         driven = self.driven(R, omega)
         at_ports = driven[:, self.at] * scale[:, None]
         orders = self.harmonics.orders if self.harmonics is not None else np.zeros(0, int)

@@ -281,10 +281,10 @@ class ResidualModel(ForwardModel):
         The amplitudes follow from the measured motion of the reference channel, not from the force: near a sharp
         resonance the response to that is far more uncertain than the shape of the motion.
         """
-        steps, reference, n = self.evidence.steps, self.evidence.reference, self.moving
+        reference, n = self.evidence.reference, self.moving
         into = self.driven(R, omega)
         per_reference = into[:, n] / self.responses(R, omega)[:, reference, None]
-        motion = per_reference * steps.response[:, reference, 0, None]
+        motion = per_reference * self.undrifted_reading(omega)[:, None]
         to_outputs = -R[:, self.model.ports.outputs][:, :, n] * into[:, None, n]
         by_response = self.log_response_change(to_outputs, R, omega)
         by_motion = -R[:, n[:, None], n] * into[:, None, n] / into[:, n, None] - by_response[:, None, reference]
