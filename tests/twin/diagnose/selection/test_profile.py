@@ -41,7 +41,7 @@ class Fit:
 
     @property
     def solution(self):
-        return SimpleNamespace(cost=self.cost)
+        return SimpleNamespace(cost=self.cost, settled=True)
 
 
 def cost(gap, stiffness):

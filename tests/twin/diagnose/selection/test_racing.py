@@ -1,6 +1,7 @@
 """Fits of rivals side by side: what a race does once its time is up."""
 
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -25,3 +26,17 @@ def test_no_last_fit_is_begun_once_the_time_is_up(left_s, fits, monkeypatch):
     begun = [racing.Begun(None, (mass,), (SOUND,))] * 2
     with time_limit(time.monotonic() + left_s):
         assert racing.Race(None, None, None).run(begun) == fits
+
+
+@pytest.mark.parametrize("ended", ["settled", "out of iterations"])
+def test_a_leader_that_ran_out_of_iterations_is_begun_anew_without_tolerances(ended, monkeypatch):
+    leader, other = (
+        replace(FIT, log_evidence=size, solution=replace(FIT.solution, ended=ended)) for size in (2.0, 1.0)
+    )
+    last = iter([other, leader])
+    monkeypatch.setattr(racing, "_with_own_law", lambda *given: given[2].baseline)
+    monkeypatch.setattr(racing, "fit_with_errors", lambda *given, **options: next(last))
+    monkeypatch.setattr(racing, "fit_without_first", lambda evidence, harmonics, model, tolerances: ("anew", model))
+    mass = SimpleNamespace(cause=SimpleNamespace(parameters=lambda evidence, label: ()), label={})
+    fits = racing.Race(None, None, None).run([racing.Begun(None, (mass,), (SOUND,))] * 2)
+    assert fits == [other, leader, *([] if ended == "settled" else [("anew", leader)])]
