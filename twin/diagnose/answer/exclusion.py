@@ -1,4 +1,8 @@
-"""What the data rule out: the largest size of each cause that a rig with these recordings could hide."""
+"""What the data rule out: the largest size of each cause that a rig with these recordings could hide.
+
+A larger one would have been named in 95 of 100 recordings.  That is a limit of detection, not only of confidence (Currie
+1968): a cause is named only where it is more probable than none.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,6 +15,7 @@ from twin.diagnose.cause import Parameter, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.places import told_place
+from twin.diagnose.posterior import log_odds, temperature
 from twin.diagnose.selection.score_test import Score
 from twin.identify.measured_data import MeasuredData
 
@@ -91,8 +96,20 @@ def _largest(evidence: MeasuredData, scores: Sequence[Score]) -> dict[str, _Hidd
         main = strengths[0]
         rising, falling = main.upper > main.null, main.lower < main.null
         size = abs(score.size) if rising and falling else max(score.size if rising else -score.size, 0.0)
-        limit = size + LIMITS.exclusion_limit_95 * score.std
+        limit = max(size, _least_named(evidence, score)) + LIMITS.exclusion_limit_95 * score.std
         hidden = _Hidden(score, main, limit if limit < max(main.upper - main.null, main.null - main.lower) else np.inf)
         if name not in largest or hidden.share > largest[name].share:
             largest[name] = hidden
     return largest
+
+
+def _least_named(evidence: MeasuredData, score: Score) -> float:
+    """The estimate from which on the cause is more probable than none, away from no effect.
+
+    To first order the log evidence goes by the square of the estimate over its standard deviation.
+    """
+    cause = score.hypothesis.cause
+    needed = temperature(evidence) * (np.log(len(cause.labels(evidence))) - log_odds(evidence, cause))
+    if not np.isfinite(score.std):
+        return np.inf
+    return float(np.sqrt(max(score.size**2 + 2 * score.std**2 * (needed - score.log_bayes), 0.0)))
