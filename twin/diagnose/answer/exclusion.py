@@ -1,7 +1,7 @@
 """What the data rule out: the largest size of each cause that a rig with these recordings could hide.
 
-A larger one would have been named in 95 of 100 recordings.  That is a limit of detection, not only of confidence (Currie
-1968): a cause is named only where it is more probable than none.
+A larger one would have been named in 95 of 100 recordings.  That is a limit of detection, not only of confidence
+(Currie 1968): a cause is named only where it is more probable than none.
 """
 
 from collections.abc import Sequence
