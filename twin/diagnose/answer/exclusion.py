@@ -4,6 +4,7 @@ A larger one would have been named in 95 of 100 recordings.  That is a limit of 
 (Currie 1968): a cause is named only where it is more probable than none.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -110,6 +111,4 @@ def _least_named(evidence: MeasuredData, score: Score) -> float:
     """
     cause = score.hypothesis.cause
     needed = temperature(evidence) * (np.log(len(cause.labels(evidence))) - log_odds(evidence, cause))
-    if not np.isfinite(score.std):
-        return np.inf
-    return float(np.sqrt(max(score.size**2 + 2 * score.std**2 * (needed - score.log_bayes), 0.0)))
+    return math.hypot(score.size, score.std * math.sqrt(2 * max(float(needed) - score.log_bayes, 0.0)))
