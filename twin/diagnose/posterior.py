@@ -53,17 +53,14 @@ def least_gain(evidence: MeasuredData) -> float:
 
 
 def log_odds(evidence: MeasuredData, cause: Cause) -> float:
-    """Of a cause beforehand, against none."""
+    """Of a cause with one of its labels beforehand, against none: it is shared out among them."""
     rarer = RARER_IN_FREQUENCIES.get(cause.name, 1.0) if isinstance(evidence, MeasuredFrequencies) else 1.0
-    return LOG_ODDS_OF_A_CAUSE + float(np.log(rarer))
+    return LOG_ODDS_OF_A_CAUSE + float(np.log(rarer)) - float(np.log(len(cause.labels(evidence))))
 
 
 def log_weight(evidence: MeasuredData, model: FittedModel) -> float:
-    """Logarithm of a model's posterior odds: its causes' prior odds, each shared out among its labels, and evidence."""
-    prior = sum(
-        log_odds(evidence, hypothesis.cause) - float(np.log(len(hypothesis.cause.labels(evidence))))
-        for hypothesis in model.hypotheses
-    )
+    """Logarithm of a model's posterior odds: its causes' prior odds, and evidence."""
+    prior = sum(log_odds(evidence, hypothesis.cause) for hypothesis in model.hypotheses)
     return model.log_evidence / temperature(evidence) + prior
 
 

@@ -109,6 +109,5 @@ def _least_named(evidence: MeasuredData, score: Score) -> float:
 
     To first order the log evidence goes by the square of the estimate over its standard deviation.
     """
-    cause = score.hypothesis.cause
-    needed = temperature(evidence) * (np.log(len(cause.labels(evidence))) - log_odds(evidence, cause))
-    return math.hypot(score.size, score.std * math.sqrt(2 * max(float(needed) - score.log_bayes, 0.0)))
+    needed = -temperature(evidence) * log_odds(evidence, score.hypothesis.cause)
+    return math.hypot(score.size, score.std * math.sqrt(2 * max(needed - score.log_bayes, 0.0)))

@@ -111,7 +111,7 @@ class Race:
             running += going_on
         last = parallel_map(_fit_last, self._given, [(start,) for start in running])
         fits = [fit for each in last for fit in each if np.isfinite(fit.log_evidence)]
-        if fits and not (leading := likeliest(fits)).solution.settled:
+        if fits and not ((leading := likeliest(fits)).solution.settled or time_is_up()):
             fits.append(fit_without_first(self.evidence, self.harmonics, leading, self.tolerances))
         return fits
 

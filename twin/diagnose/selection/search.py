@@ -278,7 +278,7 @@ def _refitted(
             *data, model.baseline, model.hypotheses, errors=model.errors, tolerances=tolerances, options=chosen
         )
     ]
-    if tolerances is not None and model.hypotheses and not fits[0].solution.settled:
+    if tolerances is not None and model.hypotheses and not (fits[0].solution.settled or time_is_up()):
         fits.append(fit_without_first(*data, model, tolerances, options=chosen))
     return likeliest(fits)
 

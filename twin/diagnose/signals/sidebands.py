@@ -15,6 +15,7 @@ from twin.arrays import Array
 from twin.diagnose.signals.limits import LIMITS
 from twin.diagnose.signals.remainder import remainders
 from twin.identify.spectra.sine_fit import Line, SteadyState
+from twin.identify.spectra.sweeps import rows_by_sweep
 
 MOST_STEPS, LEAST_STEPS = 48, 8
 
@@ -97,13 +98,12 @@ def find_sidebands(
 
 def loudest_Hz(states: Sequence[SteadyState], channels: Sequence[str], *, force: str) -> dict[tuple[str, str], float]:
     """Where the responses to a newton are largest, by run and sweep: about there the rig rings by itself."""
-    steps: dict[tuple[str, str], list[SteadyState]] = {}
-    for state in states:
-        steps.setdefault((state.run, state.sweep), []).append(state)
     found = {}
-    for key, own in steps.items():
+    for rows in rows_by_sweep(states).values():
+        own = [states[i] for i in rows]
         size = np.array([[abs(s.amplitude[c][0] / (s.amplitude[force][0] or 1e-60)) for c in channels] for s in own])
-        found[key] = own[int(np.argmax(np.sum(size / size.max(axis=0).clip(1e-60), axis=1)))].frequency_Hz
+        loudest = own[int(np.argmax(np.sum(size / size.max(axis=0).clip(1e-60), axis=1)))]
+        found[loudest.run, loudest.sweep] = loudest.frequency_Hz
     return found
 
 

@@ -6,6 +6,7 @@ them.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -165,13 +166,16 @@ class ForwardModel(LinearForwardModel):
         into = self.driven(free, omega)
         reading = self.measured(into[:, outputs], omega)[:, reference]
         to_outputs = self.measured_change(free[:, outputs][:, :, at], omega)[:, reference]
-        return Surroundings(free[:, at[:, None], at], into[:, at], reading, to_outputs, self.undrifted_reading(omega))
+        return Surroundings(free[:, at[:, None], at], into[:, at], reading, to_outputs, self.undrifted_reading)
 
-    def undrifted_reading(self, omega: Array) -> Array:
+    @cached_property
+    def undrifted_reading(self) -> Array:
         """What the reference channel would show (s,) of the motion that it measured, at :meth:`clock`'s omega."""
-        reference, then = self.evidence.reference, omega * np.sqrt(self.moduli_left(self.step_times))
-        now, drifted = (self.model.to_quantity(each)[:, reference] for each in (omega, then))
-        return np.asarray(self.evidence.steps.response[:, reference, 0] * now / drifted)
+        reference = self.evidence.reference
+        faster = self.moduli_left(self.step_times) ** -0.5
+        return np.asarray(
+            self.evidence.steps.response[:, reference, 0] * faster ** self.model.outputs[reference].derivative
+        )
 
     @property
     def orders(self) -> tuple[int, ...]:

@@ -174,7 +174,7 @@ class PortModel(ResidualModel):
         reference, held = self.evidence.reference, self.held
         R, omega, balance = self.step_receptance(baseline, inner=False, held=self.balance_at(held, baseline))
         motion, influence = self.port_motion(R, omega)
-        scale = self.undrifted_reading(omega) / self.responses(R, omega)[:, reference]
+        scale = self.undrifted_reading / self.responses(R, omega)[:, reference]
         driven = self.driven(R, omega)
         at_ports = driven[:, self.at] * scale[:, None]
         orders = self.harmonics.orders if self.harmonics is not None else np.zeros(0, int)

@@ -284,7 +284,7 @@ class ResidualModel(ForwardModel):
         reference, n = self.evidence.reference, self.moving
         into = self.driven(R, omega)
         per_reference = into[:, n] / self.responses(R, omega)[:, reference, None]
-        motion = per_reference * self.undrifted_reading(omega)[:, None]
+        motion = per_reference * self.undrifted_reading[:, None]
         to_outputs = -R[:, self.model.ports.outputs][:, :, n] * into[:, None, n]
         by_response = self.log_response_change(to_outputs, R, omega)
         by_motion = -R[:, n[:, None], n] * into[:, None, n] / into[:, n, None] - by_response[:, None, reference]

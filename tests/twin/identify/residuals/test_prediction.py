@@ -5,67 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from beam_rows import deflection
+from swept import SWEPT, BAND_Hz
 
-from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.forward import forward_model
 from twin.identify.forward.broadband_response import broadband_response
 from twin.identify.frequency_shifts import SHIFT
-from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.model_modification import Attachment, ModelModification, NonlinearForce
 from twin.identify.nonlinear import local_forces
-from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.residuals.error_model import SOUND
 from twin.identify.residuals.harmonics import harmonic_residuals
 from twin.identify.residuals.residual_model import ResidualModel
-from twin.rigs import load_rig
 from twin.structure import layer_points
 
-OPENING, SLIP = np.geomspace(5e-8, 8e-6, 6), np.geomspace(2e-8, 2e-6, 7)
-SWEPT = 2 * np.pi * np.linspace(25.6, 27.2, 25)
-BAND_Hz = np.geomspace(8.0, 950.0, 45)
-
-
-@pytest.fixture(scope="module")
-def baseline():
-    """A softening, losing joint, base parameters away from what is assumed."""
-    base = nominal_parameters(load_rig("steel-lap-joint"))
-    E, G = base.E, base.G
-    base = replace(base, E=1.05 * E, G=0.95 * G, loss_E=0.01, loss_G=0.02, frequency_discrepancy=np.full(5, 1e-4))
-    law = LayerLaw(OPENING, SLIP, E * np.linspace(0.02, 0.5, 6), G * np.linspace(0.1, 6.0, 7) ** 1.2)
-    return BaselineParameters(base, (law,))
-
-
-@pytest.fixture(autouse=True)
-def fundamentals_alone(monkeypatch):
-    """The layer has no harmonics of its own, in the dense structure as in the model, but where a test lets it."""
-    monkeypatch.setattr(forward_model, "HARMONIC_TURNS", 0)
-    monkeypatch.setattr(ResidualModel, "_harmonics_by_unknowns", lambda *given: (None, None))
-
-
-@pytest.fixture(scope="module")
-def swept(steel_dense, baseline):
-    """Frequencies of two sweeps, accelerances and the tip's amplitudes there, and the motion of the layer's points."""
-    omega = np.tile(SWEPT, 2)
-    tip = np.repeat([9e-4, 2.2e-3], len(SWEPT)) * (0.2 + 0.8 / (1 + ((omega / (2 * np.pi) - 26.4) / 0.3) ** 2))
-    H, motion = steel_dense.with_law(omega, tip, baseline.base, baseline.laws[0])
-    return omega, tip, H, motion
-
-
-@pytest.fixture(scope="module")
-def evidence(build, steel_model, steel_dense, baseline, swept):
-    """Two sweeps and a broadband run without any noise, of a dense structure with the unknowns' law."""
-    omega, tip, H, _ = swept
-    force = (tip * omega**2 / np.abs(H[:, 1]))[:, None] * np.exp(0.3j)
-    response = np.zeros((len(omega), 2, 7), complex)
-    response[:, :, 0] = H * force
-    response[:, :, 2] = 0.01 * response[:, :, 0] * np.array([0.7, 1.0])
-    forces = np.concatenate([force, -0.01 * force, 0.02j * force], axis=1)
-    steps = build.steps(omega, forces, response)
-    rng = np.random.default_rng(2)
-    spread = 1e-3 * rng.uniform(1, 3, (len(BAND_Hz), 2))
-    covariance = spread[:, :, None] ** 2 * np.eye(2) + 2e-6 + 0j
-    at_rest = steel_dense.accelerance(2 * np.pi * BAND_Hz, baseline.base)
-    return build.evidence(steel_model, steps, [build.bins(BAND_Hz, at_rest, covariance)])
+pytestmark = pytest.mark.usefixtures("fundamentals_alone")
 
 
 def steps_sizes(baseline, residual_model):
@@ -250,51 +201,6 @@ def test_sensitivities_hold_beside_what_extends_the_model(evidence, baseline, na
 @pytest.mark.parametrize("name", INEXACT)
 def test_sensitivities_hold_where_the_extension_scales_or_adds(evidence, baseline, name):
     check(evidence, baseline, INEXACT[name])
-
-
-def test_a_drift_of_the_layer_takes_its_share_of_all_of_its_normal_modulus(evidence, baseline):
-    """Of what the law takes off it too, at the same opening: E' - s(o) falls as a whole, and nothing else does."""
-    steady, time = ResidualModel(evidence), evidence.steps.time_s
-    drifting, left = ResidualModel(evidence, ModelModification(layer_drift_per_s={"joint": 2e-3})), 1 - 2e-3 * time
-    assert left.min() < 0.85
-    base, omega = baseline.base, evidence.steps.omega
-    found = drifting.local.balance(baseline.laws, omega, drifting.surroundings(
-        drifting.receptance(omega, base, time, inner=False, points=True), omega
-    ))  # fmt: skip
-    opening = np.abs(found.motion[:, :3])
-    k = -steady.points.opening_weight * baseline.laws[0].softening_at(opening) * left[:, None]
-    np.testing.assert_allclose(found.stiffness[:, :3], k, rtol=1e-6)
-    dE, dG = drifting.moduli_changes(base, time)
-    E = base.E * (1 + 1j * base.loss_E)
-    np.testing.assert_allclose(E + dE[:, 0], E * left)
-    np.testing.assert_allclose(dG, 0.0)
-    loss = steady.points.slip_weight * baseline.laws[0].loss_at(np.abs(found.motion[:, 3:]))
-    np.testing.assert_allclose(found.stiffness[:, 3:], 1j * loss, rtol=1e-6)
-
-
-def test_where_all_moduli_have_fallen_the_law_feels_the_motion_that_was_measured(evidence, baseline):
-    """K and the law fall to a part e: under F at omega the rig does what it did before under F / e at omega / sqrt(e).
-
-    It moves as much, and shows 1 / e of the acceleration there, of which a motion at that frequency makes as much more.
-    """
-    left, steps = 0.9, evidence.steps
-    late = replace(steps, time_s=np.full(len(steps), evidence.origin_s + 100.0))
-    drifting = ResidualModel(
-        replace(evidence, steps=late, begun_s=evidence.origin_s), ModelModification(beam_drift_per_s=1e-3)
-    )
-    undrifted = replace(
-        steps, omega=steps.omega / np.sqrt(left), growth=steps.growth / np.sqrt(left), response=steps.response / left
-    )
-    steady = ResidualModel(replace(evidence, steps=undrifted))
-    (R, _, found), (R_steady, _, expected) = (each.step_receptance(baseline) for each in (drifting, steady))
-    np.testing.assert_allclose(found.motion, expected.motion, rtol=1e-9)
-    np.testing.assert_allclose(R, R_steady, rtol=1e-9)
-
-
-def test_a_shift_of_the_clock_is_a_shift_of_the_frequency(evidence, baseline):
-    fast, omega = ModelModification(frequency_factor=1.001, beam_drift_per_s=1e-4), np.array([100.0, 200.0])
-    clocked = ResidualModel(evidence, fast).clock(omega, np.array([0.0, 50.0]))
-    np.testing.assert_allclose(clocked, omega * 1.001 / np.sqrt([1.0, 1 - 5e-3]), rtol=1e-12)
 
 
 def test_a_model_that_may_be_wrong_in_its_stiffness_may_miss_a_resonance(evidence, baseline, steel_dense):
