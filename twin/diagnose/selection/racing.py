@@ -12,7 +12,7 @@ from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import fit_with_errors, fit_without_first
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.residual_columns import ResidualColumns
-from twin.diagnose.selection.profile import COARSE, Profile, threshold_of
+from twin.diagnose.selection.profile import COARSE, Profile
 from twin.identify.base_fit import law_from_steps
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.measured_data import MeasuredData
@@ -85,7 +85,7 @@ class Race:
     effort: Effort = USUAL
     """How much is tried."""
     least: dict[float, float] = field(default_factory=dict)
-    """Of the costs so far at each model error but the last, by the error of the steps' stiffness."""
+    """Of the costs so far at each model error, by the error of the steps' stiffness."""
 
     def run(self, begun: Sequence[Begun]) -> list[FittedModel]:
         """Fit models through smaller and smaller model errors; one that falls far behind any so far ends early.
@@ -93,7 +93,7 @@ class Race:
         None are returned if the time is up before.
         """
         running = list(begun)
-        while (left := max((len(start.levels) for start in running), default=0)) > 1:
+        while left := max((len(start.levels) for start in running), default=0):
             if time_is_up():
                 return []
             ahead = [start for start in running if len(start.levels) == left]
@@ -109,7 +109,7 @@ class Race:
                 if new and fit.solution.cost <= most:
                     going_on.append(start.after(fit))
             running += going_on
-        last = parallel_map(_fit_last, self._given, [(start,) for start in running])
+        last = parallel_map(_fit_with_own_errors, self._given, [(start,) for start in running])
         fits = [fit for each in last for fit in each if np.isfinite(fit.log_evidence)]
         if fits and not ((leading := likeliest(fits)).solution.settled or time_is_up()):
             fits.append(fit_without_first(self.evidence, self.harmonics, leading, self.tolerances))
@@ -145,16 +145,13 @@ def _fit_at(
     return profile.highest(fit, halvings=begun.followed) if profile and begun.follows else fit
 
 
-def _fit_last(
+def _fit_with_own_errors(
     evidence: MeasuredData, harmonics: HarmonicResiduals | None, tolerances: ResidualColumns, begun: Begun
 ) -> list[FittedModel]:
     """None once the time is up: what a fit still takes to end, many rivals would take after each other."""
     if time_is_up():
         return []
-    held = _fit_at(evidence, harmonics, tolerances, begun) if threshold_of(evidence, begun.hypotheses[-1]) else None
-    start = held.baseline if held else _with_own_law(evidence, harmonics, begun)
-    hypotheses, errors = held.hypotheses if held else begun.hypotheses, begun.levels[0]
-    return [fit_with_errors(evidence, harmonics, start, hypotheses, errors=errors, tolerances=tolerances)]
+    return [fit_with_errors(evidence, harmonics, begun.baseline, begun.hypotheses, tolerances=tolerances)]
 
 
 def likeliest(fits: Sequence[FittedModel]) -> FittedModel:
