@@ -101,15 +101,12 @@ def infer_errors(
     ):
         if limits is not None:
             bounds[which] = middle[which] + np.array(limits)
-    ends = []
-    for start in (middle, here)[: 1 + (here != middle).any()]:
-        sizes = np.clip(start, *bounds.T)
-        for pair in (OF_BROADBAND, OF_STEPS):  # they can stand for each other: two maxima
-            grid = [_with(sizes, pair, middle[pair] + np.log([a, b])) for a in GRID for b in GRID]
-            sizes = min((sizes, *grid), key=cost)
-        close = {"ftol": LIMITS.model_evidence_close}
-        ends.append(minimize(with_slopes, sizes, jac=True, bounds=bounds, method="L-BFGS-B", options=close))
-    likeliest = min(ends, key=lambda end: end.fun)
+    sizes = min((np.clip(start, *bounds.T) for start in (middle, here)), key=cost)
+    for pair in (OF_BROADBAND, OF_STEPS):  # they can stand for each other: two maxima
+        grid = [_with(sizes, pair, middle[pair] + np.log([a, b])) for a in GRID for b in GRID]
+        sizes = min((sizes, *grid), key=cost)
+    close = {"ftol": LIMITS.model_evidence_close}
+    likeliest = minimize(with_slopes, sizes, jac=True, bounds=bounds, method="L-BFGS-B", options=close)
     return errors.with_log_sizes(likeliest.x), -float(likeliest.fun)
 
 
