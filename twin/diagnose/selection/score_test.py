@@ -236,8 +236,8 @@ def _beside_unknowns(columns: Array, jacobian: Array, problem: FitProblem) -> Ar
 
 def _principal(columns: Array) -> Array:
     """The fewest columns that have the same covariance, but for what no data of this length could tell."""
-    U, size, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(U[:, size > LIMITS.score_test_felt] * size[size > LIMITS.score_test_felt])
+    square, V = np.linalg.eigh(columns.T @ columns)
+    return np.asarray(columns @ V[:, square > LIMITS.score_test_felt**2])
 
 
 def _signatures_of(left_by: _LeftBy, prediction: Prediction, cause: Cause) -> list[_Signature]:
