@@ -81,6 +81,9 @@ class FittedModel:
     log_evidence: float
     """Laplace's approximation of the log marginal likelihood, up to a constant that all models share."""
     dof: int
+    begun_anew: bool = False
+    """Whether it, or what it began from, was fitted without tolerances, too, see
+    :func:`~twin.diagnose.model_evidence.settled_fit`."""
 
     @property
     def name(self) -> str:

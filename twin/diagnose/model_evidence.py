@@ -4,6 +4,7 @@ The model error is where the marginal likelihood is largest, with what sound rig
 likelihood).
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -160,21 +161,28 @@ def _distance(one: ErrorModel, two: ErrorModel, least: Array | float) -> float:
     return float(np.max(np.abs(sizes[0] - sizes[1])))
 
 
-def fit_without_first(
+def settled_fit(
     evidence: MeasuredData,
     harmonics: HarmonicResiduals | None,
-    model: FittedModel,
+    fit: FittedModel,
     tolerances: ResidualColumns,
     *,
     options: FitOptions = REFITTED,
 ) -> FittedModel:
-    """Fit a model without tolerances, and with them from where that ends, as :func:`fit_with_errors`.
+    """A fit of causes beside tolerances; if it did not settle, the likelier of it and one that is begun without these.
 
     Tolerances make up for much of the parameters: in the wide and bent valley between them steps are tiny, and a fit
-    runs out of iterations on the way.
+    runs out of iterations on the way.  What was begun anew once, and does not settle, would come to the same again.
     """
-    alone = fit_model(evidence, harmonics, model.baseline, model.hypotheses, errors=model.errors, options=WITHOUT)
-    return fit_with_errors(
-        evidence, harmonics, alone.baseline, alone.hypotheses, errors=model.errors, tolerances=tolerances,
-        options=options,
-    )  # fmt: skip
+    if fit.solution.settled or fit.begun_anew or time_is_up():
+        return fit
+    alone = fit_model(evidence, harmonics, fit.baseline, fit.hypotheses, errors=fit.errors, options=WITHOUT)
+    anew = fit_with_errors(
+        evidence, harmonics, alone.baseline, alone.hypotheses, errors=fit.errors, tolerances=tolerances, options=options
+    )
+    return replace(likeliest((fit, anew)), begun_anew=True)
+
+
+def likeliest(fits: Sequence[FittedModel]) -> FittedModel:
+    """The one with the largest evidence."""
+    return max(fits, key=lambda fit: fit.log_evidence)

@@ -9,7 +9,7 @@ import numpy as np
 
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.model_evidence import fit_with_errors, fit_without_first
+from twin.diagnose.model_evidence import fit_with_errors, likeliest, settled_fit
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.diagnose.selection.profile import COARSE, Profile
@@ -111,9 +111,8 @@ class Race:
             running += going_on
         last = parallel_map(_fit_with_own_errors, self._given, [(start,) for start in running])
         fits = [fit for each in last for fit in each if np.isfinite(fit.log_evidence)]
-        if fits and not ((leading := likeliest(fits)).solution.settled or time_is_up()):
-            fits.append(fit_without_first(self.evidence, self.harmonics, leading, self.tolerances))
-        return fits
+        leading = likeliest(fits) if fits else None
+        return [settled_fit(*self._given[:2], fit, self.tolerances) if fit is leading else fit for fit in fits]
 
     @property
     def _given(self) -> tuple[MeasuredData, HarmonicResiduals | None, ResidualColumns]:
@@ -152,11 +151,6 @@ def _fit_with_own_errors(
     if time_is_up():
         return []
     return [fit_with_errors(evidence, harmonics, begun.baseline, begun.hypotheses, tolerances=tolerances)]
-
-
-def likeliest(fits: Sequence[FittedModel]) -> FittedModel:
-    """The one with the largest evidence."""
-    return max(fits, key=lambda fit: fit.log_evidence)
 
 
 def _with_own_law(evidence: MeasuredData, harmonics: HarmonicResiduals | None, begun: Begun) -> BaselineParameters:

@@ -8,10 +8,11 @@ import numpy as np
 from twin.diagnose.cause import strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
+from twin.diagnose.model_evidence import likeliest
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.posterior import least_gain, log_weight
 from twin.diagnose.selection.profile import threshold_of
-from twin.diagnose.selection.racing import Begun, Effort, Race, likeliest
+from twin.diagnose.selection.racing import Begun, Effort, Race
 from twin.diagnose.selection.score_test import Score
 from twin.identify.base_fit import baseline_bounds, law_from_steps
 from twin.identify.linear.linear_fit import largest_step

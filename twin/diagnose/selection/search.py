@@ -10,10 +10,10 @@ import numpy as np
 from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import FitOptions, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.model_evidence import REFITTED, fit_with_errors, fit_without_first, infer_errors, with_spread
+from twin.diagnose.model_evidence import REFITTED, fit_with_errors, infer_errors, likeliest, settled_fit, with_spread
 from twin.diagnose.posterior import log_weight
 from twin.diagnose.residual_columns import ResidualColumns
-from twin.diagnose.selection.racing import USUAL, Effort, Race, likeliest
+from twin.diagnose.selection.racing import USUAL, Effort, Race
 from twin.diagnose.selection.rivals import Report, fitted_rivals
 from twin.diagnose.selection.score_test import Score, score_causes
 from twin.identify.base_fit import fit_base
@@ -182,7 +182,7 @@ def _without_the_last(data: _Reduced, whole: FittedModel, tolerances: ResidualCo
 
     A cause gains by what it explains, not by a better minimum of all else that its fit came to.
     """
-    return _refitted(data, replace(whole, hypotheses=whole.hypotheses[:-1]), tolerances)
+    return _refitted(data, replace(whole, hypotheses=whole.hypotheses[:-1], begun_anew=False), tolerances)
 
 
 def _one_less(
@@ -273,14 +273,11 @@ def _refitted(
 ) -> FittedModel:
     """The model with its log evidence, fitted beside what sound rigs have of every cause, or with no tolerances."""
     chosen = replace(REFITTED, **options)
-    fits = [
-        fit_with_errors(
-            *data, model.baseline, model.hypotheses, errors=model.errors, tolerances=tolerances, options=chosen
-        )
-    ]
-    if tolerances is not None and model.hypotheses and not (fits[0].solution.settled or time_is_up()):
-        fits.append(fit_without_first(*data, model, tolerances, options=chosen))
-    return likeliest(fits)
+    fit = fit_with_errors(
+        *data, model.baseline, model.hypotheses, errors=model.errors, tolerances=tolerances, options=chosen
+    )
+    fit = replace(fit, begun_anew=model.begun_anew)
+    return settled_fit(*data, fit, tolerances, options=chosen) if tolerances and fit.hypotheses else fit
 
 
 def _harmonics(evidence: MeasuredData, model: FittedModel) -> HarmonicResiduals | None:

@@ -62,7 +62,7 @@ def tried(monkeypatch):
         fits.append((errors.steps.stiffness, gap))
         return Fit(hypotheses, cost(gap, errors.steps.stiffness), errors)
 
-    def fit_with_errors(evidence, harmonics, baseline, hypotheses, *, errors, tolerances):
+    def fit_with_errors(evidence, harmonics, baseline, hypotheses, *, tolerances, errors=LEVELS[-1]):
         gap = hypotheses[-1].values["gap_m"]
         near = TRUE * 1.35 ** np.round(np.log(gap / TRUE) / np.log(1.35))
         least = cost(near, errors.steps.stiffness)
