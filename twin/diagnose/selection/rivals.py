@@ -143,13 +143,17 @@ def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseH
 def _beside_the_law(evidence: MeasuredData, model: FittedModel, score: Score) -> Begun:
     """The model with one more cause, from what was fitted without it; all but law and shifts moved by first order.
 
-    Model errors begin at what that model needs; a threshold asks for larger ones.
+    Model errors begin at what that model needs, of stiffness or of ratios; a threshold asks for larger ones.
     """
-    sound, hypothesis = sound_errors(evidence), score.hypothesis
-    most = model.errors.steps.stiffness
+    sound, hypothesis, needed = sound_errors(evidence), score.hypothesis, model.errors.steps
+    stiffness = needed.stiffness
     if threshold_of(evidence, hypothesis):
-        most = max(most, LIMITS.search_follows)
-    levels = [level for level in continuation(sound) if level.steps.stiffness <= most]
+        stiffness = max(stiffness, LIMITS.search_follows)
+    levels = [
+        level
+        for level in continuation(sound)
+        if level.steps.stiffness <= stiffness or level.steps.ratio <= needed.ratio
+    ]
     baseline, moved = model.baseline, model.baseline.vector
     # No farther than a fit goes in one step: where the model does not follow the data, first order goes anywhere.
     largest = largest_step(baseline.base)
