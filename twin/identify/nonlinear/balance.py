@@ -58,7 +58,7 @@ class Balance:
     added: Added
     """The part of it that is neither the law's nor the forces': what harmonics of the motion add."""
     unsettled: Array
-    """Largest relative disagreement that was left, (s,)."""
+    """Norm of the relative disagreement that was left, (s,)."""
     ripples: Array | None = None
     """What the nonlinear forces slip into, see :class:`LocalForces`, (s, m, 3)."""
 

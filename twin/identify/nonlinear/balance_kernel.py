@@ -6,7 +6,7 @@ step on the logarithms of the amplitudes.
 
 from __future__ import annotations
 
-from math import exp, log
+from math import exp, log, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -54,9 +54,9 @@ class Turn(NamedTuple):
         return Turn(np.empty(shape, complex), np.empty(shape, complex), np.empty(shape), np.empty(shape))
 
     @property
-    def worst(self) -> Array:
-        """Largest of what each step misses, (s,)."""
-        return np.asarray(np.max(np.abs(self.gap), axis=1))
+    def left(self) -> Array:
+        """Norm of what each step misses, (s,)."""
+        return np.asarray(np.linalg.norm(self.gap, axis=1))
 
     def take(self, other: Turn, rows: Array) -> None:
         """Copy some rows."""
@@ -124,7 +124,7 @@ def settle(
     force, slip = np.empty(1 + len(RIPPLES), np.complex128), room_to_slide()
     new = Turn(np.empty(n, np.complex128), np.empty(n, np.complex128), np.empty(n), np.empty(n))
     for s in rows:
-        worst, share = np.inf, 1.0
+        least, share = np.inf, 1.0
         for i in range(n):
             trial[i] = log_a[s, i]
         for turn in range(limits.turns + 1):
@@ -133,16 +133,16 @@ def settle(
             _turn_one(ports, s, own[s], growth[s], trial, new, room)
             left = 0.0
             for i in range(n):
-                if not abs(new.gap[i]) <= left:  # what is not a number counts as the largest
-                    left = abs(new.gap[i])
-            if turn == 0 or left < worst or share <= limits.shortest:
+                left += new.gap[i] * new.gap[i]
+            left = sqrt(left)
+            if turn == 0 or left < least or share <= limits.shortest:
                 for i in range(n):
                     log_a[s, i], out.motion[s, i], out.stiffness[s, i] = trial[i], new.motion[i], new.stiffness[i]
                     out.gap[s, i], out.step[s, i] = new.gap[i], new.step[i]
-                worst, share = left, 1.0
+                least, share = left, 1.0
             else:
                 share /= 4.0
-            if not worst > limits.settled:
+            if not least > limits.settled:
                 break
             for i in range(n):
                 trial[i] = log_a[s, i] + share * min(max(out.step[s, i], -limits.longest), limits.longest)

@@ -144,7 +144,7 @@ class LocalForces:
     ) -> Balance:  # fmt: skip
         """Stiffness at the amplitudes that it itself allows.
 
-        Bounded, and monotone in the largest disagreement of each step, which is told.
+        Bounded, and monotone in the disagreement of each step, which is told.
 
         Parameters
         ----------
@@ -170,22 +170,22 @@ class LocalForces:
         if len(sliders) == len(self.forces):
             own, growth = np.empty((2, len(log_a), len(sliders)), complex)
             settle(ports, own, growth, log_a, every, now, self._packed(sliders, omega), NEWTON)
-            return Balance(now.motion, now.stiffness, added, now.worst, self.ripples)
+            return Balance(now.motion, now.stiffness, added, now.left, self.ripples)
         self._turn(ports, omega, log_a, every, now)
-        worst, share, trial = now.worst, np.ones(len(omega)), Turn.of(log_a)
+        least, share, trial = now.left, np.ones(len(omega)), Turn.of(log_a)
         for _ in range(NEWTON.turns):
-            rows = np.flatnonzero(~(worst <= NEWTON.settled))
+            rows = np.flatnonzero(~(least <= NEWTON.settled))
             if not len(rows):
                 break
             assumed = log_a + share[:, None] * np.clip(now.step, -NEWTON.longest, NEWTON.longest)
             self._turn(ports, omega, assumed, rows, trial)
-            left = trial.worst
-            better = rows[(left[rows] < worst[rows]) | (share[rows] <= NEWTON.shortest)]
-            log_a[better], worst[better] = assumed[better], left[better]
+            left = trial.left
+            better = rows[(left[rows] < least[rows]) | (share[rows] <= NEWTON.shortest)]
+            log_a[better], least[better] = assumed[better], left[better]
             now.take(trial, better)
             share[rows] /= 4.0
             share[better] = 1.0
-        return Balance(now.motion, now.stiffness, added, worst, self.ripples)
+        return Balance(now.motion, now.stiffness, added, least, self.ripples)
 
     def _turn(self, ports: PackedPorts, omega: Array, log_a: Array, rows: Array, out: Turn) -> None:
         """Fill in `out` at some rows, for assumed log amplitudes."""
