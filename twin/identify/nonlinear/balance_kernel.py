@@ -10,13 +10,27 @@ from math import exp, log, sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twin.arrays import Array
 from twin.identify.jenkins import LEAST_SLIP, RIPPLES
+from twin.identify.limits import LIMITS
 from twin.identify.slipping_kernel import room_to_slide
 from twin.joint.calling import call_kernel
 from twin.joint.compilation import COMPILED, INNER
 from twin.joint.elimination import eliminate, eliminate_columns
+
+
+class NewtonLimits(NamedTuple):
+    """Most turns after the first, the disagreement that ends them, and the longest step and shortest share of one."""
+
+    turns: int
+    settled: float
+    longest: float
+    shortest: float
+
+
+NEWTON = NewtonLimits(15, 1e-9, LIMITS.local_longest, LIMITS.local_shortest)
 
 
 class PackedPorts(NamedTuple):
@@ -56,7 +70,13 @@ class Turn(NamedTuple):
     @property
     def left(self) -> Array:
         """Norm of what each step misses, (s,)."""
-        return np.asarray(np.linalg.norm(self.gap, axis=1))
+        with np.errstate(all="ignore"):  # a step may lead anywhere
+            return np.asarray(np.linalg.norm(self.gap, axis=1))
+
+    @property
+    def settled(self) -> NDArray[np.bool_]:
+        """Which steps miss nothing, (s,)."""
+        return np.asarray(self.left <= NEWTON.settled)
 
     def take(self, other: Turn, rows: Array) -> None:
         """Copy some rows."""
@@ -76,15 +96,6 @@ class PackedSliders(NamedTuple):
     """Relative step of an amplitude for the derivative of a slider's stiffness."""
     slide_at: int
     """:func:`~twin.identify.slipping_kernel.slide_address`, if there is one."""
-
-
-class NewtonLimits(NamedTuple):
-    """Most turns after the first, the disagreement that ends them, and the longest step and shortest share of one."""
-
-    turns: int
-    settled: float
-    longest: float
-    shortest: float
 
 
 class _Room(NamedTuple):

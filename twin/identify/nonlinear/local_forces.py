@@ -22,12 +22,10 @@ from twin.identify.jenkins import RIPPLES, common_spring
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import NoiseMotion, NonlinearForce
 from twin.identify.nonlinear.balance import Added, Balance, log_amplitudes
-from twin.identify.nonlinear.balance_kernel import NewtonLimits, PackedPorts, PackedSliders, Turn, settle
+from twin.identify.nonlinear.balance_kernel import NEWTON, PackedPorts, PackedSliders, Turn, settle
 from twin.identify.nonlinear.joint_law import LayerLaw, packed_laws
 from twin.identify.slipping import Slider
 from twin.identify.slipping_kernel import slide_address
-
-NEWTON = NewtonLimits(15, 1e-9, LIMITS.local_longest, LIMITS.local_shortest)
 
 
 @dataclass(frozen=True)
@@ -165,27 +163,47 @@ class LocalForces:
             around.to_reference, around.amplitude, added.stiffness, added.growth, added.log_amplitude,
         )  # fmt: skip
         ports = PackedPorts(*(np.ascontiguousarray(a) for a in arrays))  # one layout, one compilation
+        now = Turn.of(log_a)
+        self._settle(ports, omega, log_a, np.arange(len(omega)), now)
+        self._settle_beside(ports, omega, log_a, now)
+        return Balance(now.motion, now.stiffness, added, now.left, self.ripples)
+
+    def _settle_beside(self, ports: PackedPorts, omega: Array, log_a: Array, now: Turn) -> None:
+        """Begin steps that did not settle anew from where a neighbour did, as far as that leads from step to step."""
+        size = log_amplitudes(np.abs(ports.amplitude))
+        left, before = int(np.sum(~now.settled)), len(omega) + 1
+        while 0 < left < before:
+            for side in (1, -1):
+                settled = np.flatnonzero(now.settled)
+                rows = np.setdiff1d(settled[(settled + side >= 0) & (settled + side < len(omega))] + side, settled)
+                begun, found = log_a.copy(), Turn.of(log_a)
+                begun[rows] = log_a[rows - side] + (size[rows] - size[rows - side])[:, None]
+                self._settle(ports, omega, begun, rows, found)
+                better = rows[found.settled[rows]]
+                log_a[better] = begun[better]
+                now.take(found, better)
+            left, before = int(np.sum(~now.settled)), left
+
+    def _settle(self, ports: PackedPorts, omega: Array, log_a: Array, rows: NDArray[np.intp], now: Turn) -> None:
+        """Newton's method at some rows from assumed log amplitudes, which it moves; `now` is filled in there."""
         sliders = [force.slider for force in self.forces if force.slider]
-        now, every = Turn.of(log_a), np.arange(len(omega))
         if len(sliders) == len(self.forces):
             own, growth = np.empty((2, len(log_a), len(sliders)), complex)
-            settle(ports, own, growth, log_a, every, now, self._packed(sliders, omega), NEWTON)
-            return Balance(now.motion, now.stiffness, added, now.left, self.ripples)
-        self._turn(ports, omega, log_a, every, now)
-        least, share, trial = now.left, np.ones(len(omega)), Turn.of(log_a)
+            settle(ports, own, growth, log_a, rows, now, self._packed(sliders, omega), NEWTON)
+            return
+        self._turn(ports, omega, log_a, rows, now)
+        share, trial = np.ones(len(omega)), Turn.of(log_a)
         for _ in range(NEWTON.turns):
-            rows = np.flatnonzero(~(least <= NEWTON.settled))
+            rows = rows[~now.settled[rows]]
             if not len(rows):
                 break
             assumed = log_a + share[:, None] * np.clip(now.step, -NEWTON.longest, NEWTON.longest)
             self._turn(ports, omega, assumed, rows, trial)
-            left = trial.left
-            better = rows[(left[rows] < least[rows]) | (share[rows] <= NEWTON.shortest)]
-            log_a[better], least[better] = assumed[better], left[better]
+            better = rows[(trial.left[rows] < now.left[rows]) | (share[rows] <= NEWTON.shortest)]
+            log_a[better] = assumed[better]
             now.take(trial, better)
             share[rows] /= 4.0
             share[better] = 1.0
-        return Balance(now.motion, now.stiffness, added, least, self.ripples)
 
     def _turn(self, ports: PackedPorts, omega: Array, log_a: Array, rows: Array, out: Turn) -> None:
         """Fill in `out` at some rows, for assumed log amplitudes."""
