@@ -161,6 +161,8 @@ class Limits:
     """Largest change of a log amplitude in one turn."""
     local_shortest: float = 1 / 64
     """Share of a Newton step below which a step that does not help is taken all the same."""
+    local_settled: float = 1e-9
+    """Norm of the disagreement of log amplitudes that ends the search for a balance."""
     local_difference: float = 1e-5
     """Relative step of amplitude or stiffness for a derivative."""
     harmonics_step: float = 1e-3

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twin.arrays import Array
+from twin.identify.limits import LIMITS
 
 
 def log_amplitudes(amplitude: Array) -> Array:
@@ -66,3 +67,9 @@ class Balance:
     def more(self) -> Array:
         """What is added (s, n) at this motion, N/m."""
         return self.added.at(np.abs(self.motion))
+
+    @property
+    def missed(self) -> Array:
+        """Relative error (s,) of what a step shows for its balance was not found: none where it was, at most one."""
+        unsettled = np.nan_to_num(self.unsettled, nan=1.0, posinf=1.0)
+        return np.where(unsettled > LIMITS.local_settled, np.minimum(unsettled, 1.0), 0.0)

@@ -30,7 +30,7 @@ class NewtonLimits(NamedTuple):
     shortest: float
 
 
-NEWTON = NewtonLimits(15, 1e-9, LIMITS.local_longest, LIMITS.local_shortest)
+NEWTON = NewtonLimits(15, LIMITS.local_settled, LIMITS.local_longest, LIMITS.local_shortest)
 
 
 class PackedPorts(NamedTuple):

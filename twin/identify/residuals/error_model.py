@@ -188,6 +188,8 @@ class Covariances(ErrorSources):
     """Number of that channel."""
     ratio: Array
     """Measured over predicted response, by which the steps' residuals are multiplied, (s, o)."""
+    unsettled: Array
+    """What the balance of each step misses, relative, (s,): the model says its responses no better than that."""
 
     @cached_property
     def shifts(self) -> tuple[tuple[Array, ...], Array]:
@@ -220,7 +222,7 @@ class Covariances(ErrorSources):
     def terms_of_steps(self) -> CovarianceTerms:
         """Of the steps' residuals (s, 2 o), real parts above imaginary ones."""
         steps, outputs = self.steps, self.ratio.shape[1]
-        own = steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2
+        own = steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2 + self.unsettled[:, None] ** 2
         through = np.tile(np.eye(2 * outputs), (len(steps), 1, 1))
         through[:, :outputs, self.reference] -= self.by_amplitude.real
         through[:, outputs:, self.reference] -= self.by_amplitude.imag

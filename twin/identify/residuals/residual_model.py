@@ -195,16 +195,16 @@ class ResidualModel(ForwardModel):
         for data in self.evidence.broadband:
             R, omega = felt_receptance(self, data, baseline, inner=True)
             runs.append(by_stiffness(self._broadband_change(data, baseline, R, omega)))
-        steps = self.evidence.steps
-        outputs = steps.response.shape[1]
-        stiffness, amplitude, ratio = np.zeros((0, outputs, 1)), np.zeros((0, outputs)), np.zeros((0, outputs))
+        steps, outputs = self.evidence.steps, len(self.evidence.channels)
+        stiffness, unsettled = np.zeros((0, outputs, 1)), np.zeros(0)
+        amplitude = ratio = np.zeros((0, outputs))
         if state is not None:
             R, omega, balance = state
             stiffness = by_stiffness(self._step_changes(baseline, R, omega, balance)[0])
             amplitude = self._by_amplitude(baseline, R, omega, balance)
-            ratio = self.measured_over_predicted(R, omega)
+            ratio, unsettled = self.measured_over_predicted(R, omega), balance.missed
         return Covariances(
-            self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, self.evidence.reference, ratio
+            self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, self.evidence.reference, ratio, unsettled
         )
 
     def _by_amplitude(self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance) -> Array:
@@ -222,8 +222,8 @@ class ResidualModel(ForwardModel):
         white = made_of.of_broadband(errors.broadband), made_of.of_steps(errors.steps)
         if state is None:
             return Linearisation(*white, None, None, baseline, None, made_of)
-        harmonics = self.harmonics.whitening(errors.harmonics) if self.harmonics else None
         found = state[2]
+        harmonics = self.harmonics.beside(found.missed).whitening(errors.harmonics) if self.harmonics else None
         by_unknowns, lost = self._harmonics_by_unknowns(baseline, found) if sensitivities else (None, None)
         return Linearisation(*white, found, lost, baseline, by_unknowns, made_of, harmonics=harmonics)
 

@@ -123,6 +123,13 @@ class HarmonicResiduals:
     structure: Structure
     """The model's that they were reduced against: a cause may have given it another mesh than the assumed one."""
 
+    def beside(self, unsettled: Array) -> HarmonicResiduals:
+        """The same where the balance of each step misses so much (s,), relative: all of it is the balance's making."""
+        if not unsettled.any():
+            return self
+        error = unsettled[:, None, None, None] ** 2 * np.abs(self.residual[..., None]) ** 2
+        return replace(self, covariance=self.covariance + error * np.eye(self.residual.shape[2]))
+
     def select(self, keep: Array) -> HarmonicResiduals:
         """The steps where `keep` is true."""
         return replace(
