@@ -64,8 +64,7 @@ class FitOptions:
     frozen: bool = False
     """Whether all causes keep theirs."""
     exact: bool = False
-    """Where the model error is inferred, whether errors below a sound rig's matter, too: not to compare rivals, but
-    parameters that make up for each other are found with the errors alone that the data ask for."""
+    """Whether inferred errors below a sound rig's matter, too: not for comparing rivals, but for exact parameters."""
 
 
 @dataclass(frozen=True)
@@ -82,8 +81,7 @@ class FittedModel:
     """Laplace's approximation of the log marginal likelihood, up to a constant that all models share."""
     dof: int
     begun_anew: bool = False
-    """Whether it, or what it began from, was fitted without tolerances, too, see
-    :func:`~twin.diagnose.model_evidence.settled_fit`."""
+    """Whether it was begun anew once, see :func:`~twin.diagnose.model_evidence.settled_fit`."""
 
     @property
     def name(self) -> str:
@@ -378,9 +376,8 @@ def fit_model(
             ),
         )  # fmt: skip
 
-    solution = minimise_reweighted(
-        solve, problem.x0, rounds=options.rounds, tolerance=options.tolerance, iterations=options.iterations
-    )
+    rounds, tolerance, iterations = options.rounds, options.tolerance, options.iterations
+    solution = minimise_reweighted(solve, problem.x0, rounds=rounds, tolerance=tolerance, iterations=iterations)
     return fitted(problem, solution)
 
 

@@ -195,7 +195,7 @@ class ResidualModel(ForwardModel):
         for data in self.evidence.broadband:
             R, omega = felt_receptance(self, data, baseline, inner=True)
             runs.append(by_stiffness(self._broadband_change(data, baseline, R, omega)))
-        steps, outputs = self.evidence.steps, len(self.evidence.channels)
+        steps, outputs = self.evidence.steps, self.evidence.steps.response.shape[1]
         stiffness, unsettled = np.zeros((0, outputs, 1)), np.zeros(0)
         amplitude = ratio = np.zeros((0, outputs))
         if state is not None:
