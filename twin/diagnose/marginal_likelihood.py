@@ -68,7 +68,6 @@ class MarginalLikelihood:
         problem, held, x, here = weighed.problem, weighed.held, weighed.at, weighed.here
         assert held.made_of is not None
         self._made_of: ErrorSources = held.made_of
-        self._balance = held.balance
         self._problem = problem
         if tolerances is None:
             tolerances = tolerances_of(np.zeros((len(here.residual), 0)), here.blocks, held)
@@ -101,8 +100,7 @@ class MarginalLikelihood:
         if kind == "broadband":
             return self._made_of.terms_of_broadband
         if kind == "harmonics":
-            harmonics, balance = self._problem.harmonics, self._balance
-            return () if harmonics is None or balance is None else (harmonics.beside(balance.missed).terms,)
+            return self._made_of.terms_of_harmonics
         return (self._made_of.terms_of_steps,) if len(self.columns.steps) else ()
 
     def whitenings(self, kind: str, errors: ErrorModel) -> tuple[Whitening, ...]:

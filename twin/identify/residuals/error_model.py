@@ -20,7 +20,7 @@ from twin.identify.frequency_shifts import SHIFT
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import MODULI_STD
 from twin.identify.measured_data import StepArrays
-from twin.identify.residuals.whitening import CovarianceTerms, Whitening, as_real
+from twin.identify.residuals.whitening import CovarianceTerms, HarmonicResiduals, Whitening, as_real
 from twin.identify.spectra.broadband import BinnedResponse
 
 
@@ -162,6 +162,11 @@ class ErrorSources(Protocol):
         """And of the steps', or of a table's frequencies."""
         ...
 
+    @property
+    def terms_of_harmonics(self) -> tuple[CovarianceTerms, ...]:
+        """And of the steps' harmonics, where these are data."""
+        return ()
+
     def of_broadband(self, errors: Discrepancy) -> tuple[Whitening, ...]:
         """Of each broadband run's residuals."""
         return tuple(terms.whitening(errors.stiffness, errors.ratio) for terms in self.terms_of_broadband)
@@ -169,6 +174,10 @@ class ErrorSources(Protocol):
     def of_steps(self, errors: Discrepancy) -> Whitening:
         """And of the steps', or of a table's frequencies."""
         return self.terms_of_steps.whitening(errors.stiffness, errors.ratio)
+
+    def of_harmonics(self, error: float) -> Whitening | None:
+        """And of the steps' harmonics, where these are data."""
+        return next((terms.whitening(error) for terms in self.terms_of_harmonics), None)
 
 
 @dataclass(frozen=True)
@@ -190,6 +199,7 @@ class Covariances(ErrorSources):
     """Measured over predicted response, by which the steps' residuals are multiplied, (s, o)."""
     unsettled: Array
     """What the balance of each step misses, relative, (s,): the model says its responses no better than that."""
+    harmonics: HarmonicResiduals | None
 
     @cached_property
     def shifts(self) -> tuple[tuple[Array, ...], Array]:
@@ -241,6 +251,11 @@ class Covariances(ErrorSources):
             )
         )
         return CovarianceTerms(given, (by_stiffness, by_ratio))
+
+    @cached_property
+    def terms_of_harmonics(self) -> tuple[CovarianceTerms, ...]:
+        """Of the steps' harmonics (s, h, o)."""
+        return () if self.harmonics is None else (self.harmonics.beside(self.unsettled).terms,)
 
 
 def _outer(columns: Array) -> Array:

@@ -204,8 +204,9 @@ class ResidualModel(ForwardModel):
             amplitude = self._by_amplitude(baseline, R, omega, balance)
             ratio, unsettled = self.measured_over_predicted(R, omega), balance.missed
         return Covariances(
-            self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, self.evidence.reference, ratio, unsettled
-        )
+            self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, self.evidence.reference, ratio,
+            unsettled, self.harmonics,
+        )  # fmt: skip
 
     def _by_amplitude(self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance) -> Array:
         """D log response (s, o) / d log amplitude of the reference channel: through the law and the local forces."""
@@ -222,8 +223,7 @@ class ResidualModel(ForwardModel):
         white = made_of.of_broadband(errors.broadband), made_of.of_steps(errors.steps)
         if state is None:
             return Linearisation(*white, None, None, baseline, None, made_of)
-        found = state[2]
-        harmonics = self.harmonics.beside(found.missed).whitening(errors.harmonics) if self.harmonics else None
+        found, harmonics = state[2], made_of.of_harmonics(errors.harmonics)
         by_unknowns, lost = self._harmonics_by_unknowns(baseline, found) if sensitivities else (None, None)
         return Linearisation(*white, found, lost, baseline, by_unknowns, made_of, harmonics=harmonics)
 
