@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from recordings import RunWriter, read_run
+
 LENGTHS_s = (60, 180)
 """Of the noise; what both need beside the samples falls out of the slope, and the latest samples, which are kept."""
 HOUR_s = 3600
@@ -18,26 +20,12 @@ rms = 0.5
 duration = {seconds}
 sample_rate = 25600.0
 """
-RECORD = """
-from recordings import RunWriter
-from twin.bench import open_bench
-from twin.procedures import DirectAcquisition, load_procedure, run_procedure
-from twin.rigs import load_rig
-bench = open_bench(load_rig("steel-lap-joint"), monitors=("voltage",), sample_rate_Hz=25600.0)
-with RunWriter("run.mcap", info={"source": "simulated"}, channels=list(bench.channels)) as writer:
-    run_procedure(load_procedure("noise.toml"), DirectAcquisition(bench), writer)
-"""
-REPLAY = """
-from drivers.virtual.recorded import RecordedSource
-from recordings import read_run
-RecordedSource(read_run("run.mcap"))
-"""
 COMMAND = "import runpy, sys; sys.argv[1:] = {}; runpy.run_module('twin', run_name='__main__')"
 STAGES = {
-    "simulated and recorded": RECORD,
+    "simulated and recorded": "from benchmarks.memory import record; record()",
     "checked": COMMAND.format(["check", "run.mcap"]),
     "reduced": COMMAND.format(["modes", "run.mcap"]),
-    "opened for a replay": REPLAY,
+    "opened for a replay": "from benchmarks.memory import open_for_replay; open_for_replay()",
 }
 AND_TELL = """
 import atexit, pathlib
@@ -66,6 +54,25 @@ class Memory:
     def table(self) -> dict[str, Any]:
         """All figures, and whether the promise for an hour holds."""
         return asdict(self) | {"hour_MB": self.hour_MB, "held": self.hour_MB <= PROMISED_MB}
+
+
+def record() -> None:
+    """Simulate ``noise.toml`` on the steel rig and record it as ``run.mcap``."""
+    from twin.bench import BenchSetup, open_bench
+    from twin.procedures import DirectAcquisition, load_procedure, run_procedure
+    from twin.rigs import load_rig
+
+    setup = BenchSetup(monitors=("voltage",))
+    bench = open_bench(load_rig("steel-lap-joint"), sample_rate_Hz=25600.0, setup=setup)
+    with RunWriter("run.mcap", info={"source": "simulated"}, channels=list(bench.channels)) as writer:
+        run_procedure(load_procedure("noise.toml"), DirectAcquisition(bench), writer)
+
+
+def open_for_replay() -> None:
+    """Open ``run.mcap`` as a replay does."""
+    from drivers.virtual.recorded import RecordedSource
+
+    RecordedSource(read_run("run.mcap"))
 
 
 def memory_over_length() -> list[Memory]:

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.run import Run
-from twin.diagnose.answer.comparison import compare_sweeps, noise_floors, relative_errors
+from twin.diagnose.answer.comparison import SweepComparison, compare_sweeps
 from twin.diagnose.answer.exclusion import Exclusion, exclusion_limits, hidden_at_limit
 from twin.diagnose.answer.extended import updated_rig_file
-from twin.diagnose.answer.result import Diagnosis, Gain, HeldOutError, Misfit
+from twin.diagnose.answer.gain import Gain, elsewhere, measure_gain
+from twin.diagnose.answer.result import Diagnosis, Misfit
 from twin.diagnose.effects import left_out_effects
-from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
+from twin.diagnose.fitted_model import CauseHypothesis, FittedModel
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing import find_missing_force
 from twin.diagnose.model_evidence import unexplained
@@ -29,13 +30,8 @@ from twin.diagnose.set_aside import set_aside
 from twin.diagnose.signals import find_unsettled
 from twin.diagnose.sound_data import SoundData, sound_data
 from twin.diagnose.verdict import decide, named_causes, posterior_of, rivals_of
-from twin.identify.frequency_shifts import swept_modes
 from twin.identify.measured_data import MeasuredData, common_preload
-from twin.identify.residuals.error_model import SOUND
-from twin.identify.residuals.harmonics import harmonic_residuals
-from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
-from twin.identify.rms import rms
 from twin.identify.time_limit import time_is_up, time_limit
 from twin.rigs import Rig, foreign_preload, save_rig
 from twin.structure.plausibility import unlikely_units
@@ -170,11 +166,13 @@ def diagnose_data(
     verdict = decide(posterior, findings)
     report("measuring the gain on what was held out")
     after = search.base if verdict in ("none", "unknown") else search.model
-    gain = None
+    gain: Gain | None = None
+    compared: tuple[SweepComparison, ...] = ()
     if unseen is not None and len(unseen.steps):
-        expected = _of_a_sound_rig(unseen, after, _wander(after.baseline.shifts, evidence))
+        compared = compare_sweeps(unseen, elsewhere(search.base), elsewhere(after))
         runs = tuple(run.path for run in held_out.runs)
-        gain = _gain(unseen, search.base, after, expected, runs, held_out.aside)
+        learnt = (search.evidence, search.harmonics) if after is search.model else (evidence, search.base_harmonics)
+        gain = measure_gain(learnt, unseen, search.base, after, runs=runs, sweeps=held_out.aside)
     extended, next_test = "", None
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
@@ -219,7 +217,7 @@ def diagnose_data(
         evidence=search.evidence,
         search=search,
         sweeps=compare_sweeps(evidence, search.base, after) if len(evidence.steps) else (),
-        held_out=compare_sweeps(unseen, search.base, after) if unseen is not None and len(unseen.steps) else (),
+        held_out=compared,
         notes=notes,
         extended_model=extended,
         missing_force=missing,
@@ -234,48 +232,6 @@ def _with_hidden(model: FittedModel, hidden: CauseHypothesis) -> FittedModel:
     """The model with a cause as large as it could be without having been seen."""
     less_likely = model.log_evidence - LIMITS.exclusion_limit_95**2 / 2
     return replace(model, hypotheses=(*model.hypotheses, hidden), log_evidence=less_likely)
-
-
-def _gain(
-    unseen: MeasuredData,
-    before: FittedModel,
-    after: FittedModel,
-    expected: NDArray[Any],
-    runs: tuple[str, ...],
-    sweeps: tuple[str, ...],
-) -> Gain:
-    harmonics = harmonic_residuals(ResidualModel(unseen), before.baseline)
-    errors = [relative_errors(unseen, model, harmonics) for model in (before, after)]
-    floors = noise_floors(unseen, harmonics)
-    columns = [*errors, floors]
-    parts = {
-        harmonic: HeldOutError(*(rms(column[harmonic]) for column in columns), count=len(errors[0][harmonic]))
-        for harmonic in errors[0]
-    }
-    return Gain(
-        *(rms(np.concatenate(list(column.values()))) for column in columns),
-        by_harmonic=parts,
-        expected=rms(np.concatenate([expected, *(floors[h] for h in floors if h > 1)])),
-        runs=tuple(Path(run).name for run in runs),
-        sweeps=sweeps or tuple(dict.fromkeys(state.sweep for state in unseen.steps.states)),
-    )
-
-
-def _wander(shifts: NDArray[Any], evidence: MeasuredData) -> float:
-    """Standard deviation of one more sweep's shift from the mean of those about its mode that were learnt from."""
-    about = swept_modes(evidence, len(shifts))
-    sweeps = about >= 0
-    count, modes = int(np.count_nonzero(sweeps)), len(np.unique(about[sweeps]))
-    return float(np.sqrt(np.sum(shifts[sweeps] ** 2) / max(count - modes, 1) * (1 + modes / max(count, 1))))
-
-
-def _of_a_sound_rig(unseen: MeasuredData, model: FittedModel, wander: float) -> NDArray[Any]:
-    """Relative errors (s o,) of the fundamentals that noise, a sound rig's model error and a sweep's shift make."""
-    residual_model = ResidualModel(unseen, modification_of(unseen, model.hypotheses))
-    made_of = residual_model.covariances(model.baseline)
-    by_shift = wander * made_of.shifts[1]
-    variance = np.sum(made_of.of_steps(SOUND.steps).factor ** 2, axis=2) + np.sum(by_shift**2, axis=2)
-    return np.asarray(np.sqrt(variance.reshape(len(variance), 2, -1).sum(axis=1)).ravel())
 
 
 def _within_amplitudes(unseen: MeasuredData, evidence: MeasuredData) -> tuple[MeasuredData, tuple[str, ...]]:

@@ -75,8 +75,7 @@ class Limits:
     """Steps of which a quarter can be spared."""
     # shortfall.py
     several_times: float = 3.0
-    """Error on what was held out over what sound rigs' models leave, beyond which something is unexplained: a model
-    that is right leaves 1, and moduli known as well as a campaign tells them add less than as much again."""
+    """Rms error on what was held out, in what a right model leaves of each, beyond which something is unexplained."""
     least_growth: float = 0.1
     """Of the same: by how much an error must rise to have grown.  The rms over fifty steps is known no better."""
     # slider_in_noise.py

@@ -1,12 +1,13 @@
 """What a diagnosis says, as the command line's contract has it."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from twin.cause_registry import advice_on
 from twin.diagnose.answer.comparison import SweepComparison
 from twin.diagnose.answer.exclusion import Exclusion
+from twin.diagnose.answer.gain import Gain
 from twin.diagnose.answer.misfit import Misfit, Verdict
 from twin.diagnose.answer.parameter_text import parameters_text
 from twin.diagnose.answer.shortfall import explains, shortfall, told_with
@@ -39,35 +40,6 @@ class NamedCause:
         """What to do on the rig, and where to read on; empty on a cause from outside the package."""
         advice = advice_on(self.cause)
         return "" if advice is None else f"{advice.on_the_rig}  More in {advice.page}."
-
-
-@dataclass(frozen=True)
-class HeldOutError:
-    """Root-mean-square relative errors over held-out steps, and what a perfect model would leave."""
-
-    before: float
-    after: float
-    noise_floor: float
-    count: int = field(kw_only=True)
-
-
-@dataclass(frozen=True)
-class Gain:
-    """Root-mean-square relative errors of the complex response over held-out steps.
-
-    The response is the fundamental and, where it stands out of its noise, the second harmonic: each error is relative
-    to its own harmonic, and all count alike.
-    """
-
-    before: float
-    after: float
-    noise_floor: float
-    by_harmonic: dict[int, HeldOutError] = field(kw_only=True)
-    """The same of each harmonic alone."""
-    expected: float = field(kw_only=True)
-    """What the model of a sound rig leaves: noise, and the model error that such rigs have."""
-    runs: tuple[str, ...] = field(kw_only=True)
-    sweeps: tuple[str, ...] = field(kw_only=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -181,6 +153,7 @@ class Diagnosis:
                     "after": self.gain.after,
                     "noise_floor": self.gain.noise_floor,
                     "expected": self.gain.expected,
+                    "in_deviations": self.gain.in_deviations[1],
                 },
                 "by_harmonic": {str(harmonic): asdict(part) for harmonic, part in self.gain.by_harmonic.items()},
                 "runs": list(self.gain.runs),

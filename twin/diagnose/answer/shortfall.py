@@ -7,7 +7,7 @@ from twin.diagnose.limits import LIMITS
 
 
 class _HeldOut(Protocol):
-    """Root-mean-square relative errors of what was held out; what a perfect model and a sound rig's would leave."""
+    """Root-mean-square relative errors of what was held out, and what a perfect model would leave."""
 
     @property
     def before(self) -> float: ...
@@ -19,7 +19,8 @@ class _HeldOut(Protocol):
     def noise_floor(self) -> float: ...
 
     @property
-    def expected(self) -> float: ...
+    def in_deviations(self) -> tuple[float, float]:
+        """Before and after, over what a right model leaves."""
 
 
 def shortfall(verdict: Verdict, misfit: Misfit, gain: _HeldOut | None) -> str:
@@ -27,9 +28,10 @@ def shortfall(verdict: Verdict, misfit: Misfit, gain: _HeldOut | None) -> str:
 
     A gain is none where the held-out error is still several times its noise, or has grown.
     """
-    if gain is not None and gain.after - gain.before > LIMITS.least_growth * gain.expected:
+    before, after = (0.0, 0.0) if gain is None else gain.in_deviations
+    if gain is not None and after - before > LIMITS.least_growth:
         return f"the held-out error grew from {100 * gain.before:.2g} % to {100 * gain.after:.2g} %"
-    if gain is not None and gain.after > LIMITS.several_times * gain.expected:
+    if gain is not None and after > LIMITS.several_times:
         return (
             f"the held-out error of {100 * gain.after:.2g} % is still several times its noise, "
             f"{100 * gain.noise_floor:.2g} %"

@@ -27,9 +27,10 @@ class HeldOutValues:
     """What a right model leaves over the noise: few values tell its parameters, and their noise is in them."""
 
     @property
-    def expected(self) -> float:
-        """What a sound rig's model leaves: a table's deviations are those of its values as a whole."""
-        return self.of_fit * self.noise_floor
+    def in_deviations(self) -> tuple[float, float]:
+        """Before and after, over what a right model leaves: a table's deviations are those of its values as a whole."""
+        expected = self.of_fit * self.noise_floor
+        return self.before / expected, self.after / expected
 
 
 @dataclass(frozen=True)

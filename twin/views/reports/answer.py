@@ -4,8 +4,9 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from twin.diagnose.answer.comparison import SweepComparison
 from twin.diagnose.answer.exclusion import Exclusion
+from twin.diagnose.answer.gain import Gain
 from twin.diagnose.answer.parameter_text import parameters_text
-from twin.diagnose.answer.result import IN_WORDS, Gain, NamedCause
+from twin.diagnose.answer.result import IN_WORDS, NamedCause
 from twin.diagnose.posterior import Weighed
 from twin.diagnose.selection.search import Stage
 from twin.identify.rms import rms
@@ -81,6 +82,7 @@ def errors_table(gain: Gain, *, several: bool) -> Table:
     rows = [("nominal rig, base family refitted", f"{100 * gain.before:.2f} %")]
     if several:
         rows.append(("extended model", f"{100 * gain.after:.2f} %"))
+    rows.append(("what a right model leaves", f"{100 * gain.expected:.2f} %"))
     rows.append(("noise floor of the measurement", f"{100 * gain.noise_floor:.2f} %"))
     return Table(caption=caption, head=("model", "error"), rows=rows, numbers=(1,))
 

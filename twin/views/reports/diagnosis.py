@@ -4,7 +4,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from twin.diagnose.answer.result import Diagnosis, Gain, NamedCause
+from twin.diagnose.answer.gain import Gain
+from twin.diagnose.answer.result import Diagnosis, NamedCause
 from twin.diagnose.posterior import temperature
 from twin.diagnose.tables import TableDiagnosis
 from twin.identify.identified import linear_estimates

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from twin.diagnose.answer.result import Diagnosis, Gain, Misfit
+from twin.diagnose.answer.gain import Gain
+from twin.diagnose.answer.result import Diagnosis, Misfit
 from twin.diagnose.answer.shortfall import explains, shortfall, told_with
 from twin.identify.residuals.error_model import SOUND
 
@@ -14,7 +15,10 @@ AGREES = Misfit(chi2_per_dof=40.0, after=0.8, threshold=1.0, where=())
 
 
 def held_out(before, after, noise_floor=0.01):
-    return Gain(before, after, noise_floor, expected=noise_floor, by_harmonic={}, runs=("heldout.mcap",), sweeps=())
+    return Gain(
+        before, after, noise_floor, expected=noise_floor, in_deviations=(before / noise_floor, after / noise_floor),
+        by_harmonic={}, runs=("heldout.mcap",), sweeps=(),
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,133 @@
+"""What an extension gains on what no fit has seen, and what the model of a sound rig would leave there."""
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.arrays import Array
+from twin.diagnose.answer.comparison import noise_floors, relative_errors
+from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
+from twin.identify.cholesky import Cholesky
+from twin.identify.frequency_shifts import swept_modes
+from twin.identify.measured_data import MeasuredData
+from twin.identify.residuals.error_model import OF_SOFTENING, SOUND
+from twin.identify.residuals.harmonics import harmonic_residuals
+from twin.identify.residuals.likelihood import sound_errors
+from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.residuals.whitening import HarmonicResiduals
+from twin.identify.rms import rms
+
+LearntFrom = tuple[MeasuredData, HarmonicResiduals | None]
+"""The recordings that a model was fitted to, and their higher harmonics."""
+
+
+@dataclass(frozen=True)
+class HeldOutError:
+    """Root-mean-square relative errors over held-out steps, and what a perfect model would leave."""
+
+    before: float
+    after: float
+    noise_floor: float
+    count: int = field(kw_only=True)
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Root-mean-square relative errors of the complex response over held-out steps.
+
+    The response is the fundamental and, where it stands out of its noise, the second harmonic: each error is relative
+    to its own harmonic, and all count alike.
+    """
+
+    before: float
+    after: float
+    noise_floor: float
+    by_harmonic: dict[int, HeldOutError] = field(kw_only=True)
+    """The same of each harmonic alone."""
+    expected: float = field(kw_only=True)
+    """What a right model leaves: noise, the model error that sound rigs have, and what the data leave open of its
+    parameters, as of the joint's law between the amplitudes that were learnt from."""
+    in_deviations: tuple[float, float] = field(kw_only=True)
+    """The errors before and after, each over what a right model leaves at its own step: one of such a model."""
+    runs: tuple[str, ...] = field(kw_only=True)
+    sweeps: tuple[str, ...] = field(kw_only=True)
+
+
+def measure_gain(
+    learnt: LearntFrom, unseen: MeasuredData, before: FittedModel, after: FittedModel, *, runs: tuple[str, ...],
+    sweeps: tuple[str, ...],
+) -> Gain:  # fmt: skip
+    """The gain over all steps that were held out.
+
+    Parameters
+    ----------
+    learnt
+        What `after` was fitted to.
+    unseen
+        What was held out.
+    runs, sweeps
+        What these are called.
+    """
+    before, after_there = elsewhere(before), elsewhere(after)
+    harmonics = harmonic_residuals(ResidualModel(unseen), before.baseline)
+    errors = [relative_errors(unseen, model, harmonics) for model in (before, after_there)]
+    floors = noise_floors(unseen, harmonics)
+    right = np.hypot(_of_a_sound_rig(learnt, unseen, after), _left_open(learnt, unseen, after_there)).ravel()
+    expected = np.concatenate(list((floors | {1: right}).values()))
+    whole = [np.concatenate(list(column.values())) for column in (*errors, floors)]
+    parts = {
+        harmonic: HeldOutError(*(rms(column[harmonic]) for column in (*errors, floors)), count=len(floors[harmonic]))
+        for harmonic in floors
+    }
+    return Gain(
+        *map(rms, whole),
+        by_harmonic=parts,
+        expected=rms(expected),
+        in_deviations=(rms(whole[0] / expected), rms(whole[1] / expected)),
+        runs=tuple(Path(run).name for run in runs),
+        sweeps=sweeps or tuple(dict.fromkeys(state.sweep for state in unseen.steps.states)),
+    )
+
+
+def elsewhere(model: FittedModel) -> FittedModel:
+    """The model as it predicts other recordings, whose shifts nobody knows."""
+    baseline = model.baseline
+    return replace(model, baseline=replace(baseline, shifts=np.zeros_like(baseline.shifts)))
+
+
+def _wander(shifts: NDArray[np.float64], evidence: MeasuredData) -> float:
+    """Standard deviation of one more sweep's shift from the mean of those about its mode that were learnt from."""
+    about = swept_modes(evidence, len(shifts))
+    sweeps = about >= 0
+    count, modes = int(np.count_nonzero(sweeps)), len(np.unique(about[sweeps]))
+    return float(np.sqrt(np.sum(shifts[sweeps] ** 2) / max(count - modes, 1) * (1 + modes / max(count, 1))))
+
+
+def _of_a_sound_rig(learnt: LearntFrom, unseen: MeasuredData, model: FittedModel) -> Array:
+    """Relative errors (s, o) of the fundamentals that noise, a sound rig's model error and a sweep's shift make."""
+    residual_model = ResidualModel(unseen, modification_of(unseen, model.hypotheses))
+    made_of = residual_model.covariances(model.baseline)
+    by_shift = _wander(model.baseline.shifts, learnt[0]) * made_of.shifts[1]
+    variance = np.sum(made_of.of_steps(SOUND.steps).factor ** 2, axis=2) + np.sum(by_shift**2, axis=2)
+    return _of_complex(variance)
+
+
+def _left_open(learnt: LearntFrom, unseen: MeasuredData, model: FittedModel) -> Array:
+    """Standard deviations (s, o) of the fundamentals, relative, for what a sound rig's data leave of the parameters."""
+    sizes = sound_errors(learnt[0]).log_sizes.copy()
+    sizes[OF_SOFTENING:] = model.errors.log_sizes[OF_SOFTENING:]  # how rough the laws are is the joints' own
+    errors = model.errors.with_log_sizes(sizes)
+    problem = FitProblem(*learnt, model.baseline, model.hypotheses, errors=errors)
+    J = problem.weighed().here.jacobian
+    there = FitProblem(unseen, None, model.baseline, model.hypotheses, errors=errors).weighed()
+    own = there.here.jacobian[dict(there.here.blocks)["steps"]]
+    rows = there.held.steps.undone(own).reshape(len(own), -1)
+    spread = Cholesky.of(J.T @ J + problem.precision).solve(rows.T)
+    return _of_complex(np.sum(rows * spread.T, axis=1).reshape(len(unseen.steps), -1))
+
+
+def _of_complex(variance: Array) -> Array:
+    """Sizes (s, o) of complex errors, from the variances (s, 2 o) of their real and of their imaginary parts."""
+    return np.asarray(np.sqrt(variance.reshape(len(variance), 2, -1).sum(axis=1)))
