@@ -50,7 +50,8 @@ class Gain:
     """What a right model leaves: noise, the model error that sound rigs have, and what the data leave open of its
     parameters, as of the joint's law between the amplitudes that were learnt from."""
     in_deviations: tuple[float, float] = field(kw_only=True)
-    """The errors before and after, each over what a right model leaves at its own step: one of such a model."""
+    """The errors before and after, over those of a right model: what is left open of a step counts for so much less
+    there."""
     runs: tuple[str, ...] = field(kw_only=True)
     sweeps: tuple[str, ...] = field(kw_only=True)
 
@@ -74,9 +75,11 @@ def measure_gain(
     harmonics = harmonic_residuals(ResidualModel(unseen), before.baseline)
     errors = [relative_errors(unseen, model, harmonics) for model in (before, after_there)]
     floors = noise_floors(unseen, harmonics)
-    right = np.hypot(_of_a_sound_rig(learnt, unseen, after), _left_open(learnt, unseen, after_there)).ravel()
-    expected = np.concatenate(list((floors | {1: right}).values()))
+    sound = _of_a_sound_rig(learnt, unseen, after).ravel()
+    right = np.hypot(sound, _left_open(learnt, unseen, after_there).ravel())
     whole = [np.concatenate(list(column.values())) for column in (*errors, floors)]
+    known = np.concatenate([sound / right, *(np.ones_like(floors[h]) for h in floors if h > 1)])
+    tested = rms(np.concatenate(list((floors | {1: sound}).values())))
     parts = {
         harmonic: HeldOutError(*(rms(column[harmonic]) for column in (*errors, floors)), count=len(floors[harmonic]))
         for harmonic in floors
@@ -84,8 +87,8 @@ def measure_gain(
     return Gain(
         *map(rms, whole),
         by_harmonic=parts,
-        expected=rms(expected),
-        in_deviations=(rms(whole[0] / expected), rms(whole[1] / expected)),
+        expected=rms(np.concatenate(list((floors | {1: right}).values()))),
+        in_deviations=(rms(whole[0] * known) / tested, rms(whole[1] * known) / tested),
         runs=tuple(Path(run).name for run in runs),
         sweeps=sweeps or tuple(dict.fromkeys(state.sweep for state in unseen.steps.states)),
     )
