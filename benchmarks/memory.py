@@ -9,7 +9,7 @@ from typing import Any
 
 from recordings import RunWriter, read_run
 
-LENGTHS_s = (60, 180)
+LENGTHS_s = (60, 600)
 """Of the noise; what both need beside the samples falls out of the slope, and the latest samples, which are kept."""
 HOUR_s = 3600
 PROMISED_MB = 300.0
@@ -78,12 +78,12 @@ def open_for_replay() -> None:
 def memory_over_length() -> list[Memory]:
     """Each stage of a recording of the steel rig, four channels at 25.6 kHz, in a process of its own."""
     with tempfile.TemporaryDirectory() as folder:
-        found = [_peaks(Path(folder) / str(seconds), seconds) for seconds in LENGTHS_s]
+        found = [peaks_MB(Path(folder) / str(seconds), seconds) for seconds in LENGTHS_s]
     return [Memory(stage, *(peaks[stage] for peaks in found)) for stage in STAGES]
 
 
-def _peaks(folder: Path, seconds: int) -> dict[str, float]:
-    """MB of each stage."""
+def peaks_MB(folder: Path, seconds: int) -> dict[str, float]:
+    """MB of each stage with so many seconds of noise, recorded in a new folder."""
     folder.mkdir()
     (folder / "noise.toml").write_text(PROCEDURE.format(seconds=seconds), encoding="utf-8")
     peaks = {}

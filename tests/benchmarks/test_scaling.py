@@ -14,7 +14,7 @@ from benchmarks.balance_by_hand import BalanceByHand
 from benchmarks.equivalent_linear import banded_model, softening_sweep, woodbury
 from benchmarks.march_by_hand import march_jenkins, march_saturating
 from benchmarks.measured import timed_in_turns
-from benchmarks.memory import Memory
+from benchmarks.memory import Memory, peaks_MB
 from benchmarks.rig_of_places import RigOfPlaces, rig_of_sliders
 from benchmarks.scaled_works import RATE_Hz, march
 from benchmarks.scaling import Cost, Scaling, exponent
@@ -121,3 +121,8 @@ def test_the_page_has_every_work_and_a_picture(quick, tmp_path):
 @pytest.mark.parametrize("arguments", [["--page", "x.md"], ["--scaling", "--only", "nothing"]])
 def test_what_makes_no_sense_is_bad_usage(arguments):
     assert CliRunner().invoke(command, arguments).exit_code == 2
+
+
+@pytest.mark.slow
+def test_every_stage_whose_memory_is_told_runs(tmp_path):
+    assert min(peaks_MB(tmp_path / "short", 10).values()) > 20
