@@ -39,12 +39,25 @@ def fitted_rivals(
 
     They begin at `model`; `before` is the same with the errors that it needs beside what sound rigs have.  Where the
     likeliest is not as exact as sound rigs' models are, those follow that score `if_sound` errors alone are allowed.
-    What the law imitates may lead a fit astray: such causes begin beside no law, too, all of them where the likeliest
-    is still not exact, as does a leading one that explains less than the model it contains, short of its maximum.
+    What the law imitates may lead a fit astray: such causes begin beside no law, too, in the same race; all of them
+    where the likeliest is still not exact, as does a leading one that explains less than the model it contains, short
+    of its maximum.
     """
     evidence, effort = race.evidence, race.effort
-    scored = _promising(evidence, scores, effort)
-    fits = _raced(race, [_beside_the_law(evidence, model, score) for score in scored], report)
+    scored, imitated = _promising(evidence, scores, effort), _imitated(scores)
+    of_frequencies = isinstance(evidence, MeasuredFrequencies)
+
+    def anew(promising: Sequence[Score]) -> list[CauseHypothesis]:
+        # Frequencies alone have several minima: the best without a cause may lead to another.
+        if of_frequencies:
+            return [score.hypothesis for score in promising]
+        # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
+        names = {score.hypothesis.cause.name for score in promising}
+        return [rival for rival in imitated if rival.cause.name in names and rival not in begun_anew]
+
+    begun_anew: list[CauseHypothesis] = []
+    begun_anew += anew(scored)
+    fits = _raced(race, model, scored, begun_anew, report)
 
     def exact() -> bool:
         return likeliest(fits or [before]).errors.as_small_as(sound_errors(evidence))
@@ -53,40 +66,32 @@ def fitted_rivals(
         report("scoring causes with a sound rig's errors")
         known = {score.hypothesis.key for score in scored}
         asked = [score for score in _promising(evidence, if_sound(), effort) if score.hypothesis.key not in known]
-        fits += _raced(race, [_beside_the_law(evidence, model, score) for score in asked], report)
+        fits += _raced(race, model, asked, others := anew(asked), report)
         scored += asked
-    promising = [score.hypothesis for score in scored]
-    # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
-    names, imitated = {rival.cause.name for rival in promising}, _imitated(scores)
-    again = [rival for rival in imitated if rival.cause.name in names]
-    if isinstance(evidence, MeasuredFrequencies):
-        again = list(promising)  # frequencies alone have several minima: the best without a cause may lead to another
-    elif fits and (leading := likeliest(fits)).log_evidence < before.log_evidence:
-        again += [rival for rival in promising if rival.key == leading.hypotheses[-1].key and rival not in again]
+        begun_anew += others
+    last: list[CauseHypothesis] = []
+    if fits and not of_frequencies and (leading := likeliest(fits)).log_evidence < before.log_evidence:
+        last += [score.hypothesis for score in scored if score.hypothesis.key == leading.hypotheses[-1].key]
     if not exact():
-        again += [rival for rival in imitated[: effort.rivals] if rival not in again]
-    fits += _raced_beside_no_law(race, model, again, report)
+        last += [rival for rival in imitated[: effort.rivals] if rival not in last]
+    fits += _raced(race, model, (), [rival for rival in last if rival not in begun_anew], report)
     best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
         best.setdefault(fit.hypotheses[-1].key, fit)
     return tuple(sorted(best.values(), key=lambda fit: -log_weight(evidence, fit)))
 
 
-def _raced(race: Race, begun: list[Begun], report: Report) -> list[FittedModel]:
-    if not begun or time_is_up():
-        return []
-    report(f"fitting {', '.join(dict.fromkeys(each.hypotheses[-1].key for each in begun))}")
-    return race.run(begun)
-
-
-def _raced_beside_no_law(
-    race: Race, model: FittedModel, rivals: Sequence[CauseHypothesis], report: Report
+def _raced(
+    race: Race, model: FittedModel, beside: Sequence[Score], anew: Sequence[CauseHypothesis], report: Report
 ) -> list[FittedModel]:
-    work = [(_at_full_size(race.evidence, rival),) for rival in rivals]
-    if not work or time_is_up():
+    """Fits with one more cause, begun beside the law that was fitted without it, and `anew` beside no law."""
+    if not (beside or anew) or time_is_up():
         return []
-    report(f"beginning beside no law: {', '.join(dict.fromkeys(start.key for (start,) in work))}")
-    return _raced(race, parallel_map(_beside_no_law, (race.evidence, race.harmonics, model), work), report)
+    begun = [_beside_the_law(race.evidence, model, score) for score in beside]
+    report(f"fitting {', '.join(dict.fromkeys(one.key for one in (*(score.hypothesis for score in beside), *anew)))}")
+    work = [(_at_full_size(race.evidence, rival),) for rival in anew]
+    begun += parallel_map(_beside_no_law, (race.evidence, race.harmonics, model), work) if work else []
+    return race.run(begun)
 
 
 def _promising(evidence: MeasuredData, scores: Sequence[Score], effort: Effort) -> list[Score]:

@@ -31,17 +31,14 @@ def begun_of(monkeypatch):
         )
         begun_so_far = []
 
-        def beside_no_law(race, model, hypotheses, report):
-            begun_so_far.extend(each.key for each in hypotheses)
-            return [fit(each.key, 9.0, slider) for each in hypotheses if each.key == "slider"]
-
-        def raced(race, begun, report):
-            return [each for each in first if each.hypotheses[-1].key in begun]
+        def raced(race, model, beside, anew, report):
+            begun_so_far.extend(each.key for each in anew)
+            named = {score.hypothesis.key for score in beside}
+            with_law = [each for each in first if each.hypotheses[-1].key in named]
+            return with_law + [fit(each.key, 9.0, slider) for each in anew if each.key == "slider"]
 
         monkeypatch.setattr(rivals, "_promising", lambda _, each, __: each if each is not scores else scores[:2])
-        monkeypatch.setattr(rivals, "_beside_the_law", lambda _, __, score: score.hypothesis.key)
         monkeypatch.setattr(rivals, "_raced", raced)
-        monkeypatch.setattr(rivals, "_raced_beside_no_law", beside_no_law)
         monkeypatch.setattr(rivals, "log_weight", lambda _, each: each.log_evidence)
         race = SimpleNamespace(evidence=SimpleNamespace(), effort=USUAL, harmonics=None, tolerances=None)
         return begun_so_far, rivals.fitted_rivals(
@@ -80,3 +77,16 @@ def test_what_a_sound_rigs_errors_ask_for_is_fitted_where_no_other_is_exact(begu
     assert leading == "slider"
     assert begun_of((fit("mass", 2.0, SOUND), *first[1:]), SOUND, if_sound=["slider"])[1] == "mass"
     assert begun_so_far == ["slider"]
+
+
+def test_beginnings_beside_the_law_and_beside_none_run_one_race(monkeypatch):
+    """A slider's fit beside the law took minutes to end before the one beside no law left it far behind."""
+    ran = []
+    race = SimpleNamespace(evidence=None, harmonics=None, run=lambda begun: ran.append(begun) or begun)
+    monkeypatch.setattr(rivals, "_beside_the_law", lambda _, __, score: f"{score.hypothesis.key} beside the law")
+    monkeypatch.setattr(rivals, "_at_full_size", lambda _, each: each)
+    monkeypatch.setattr(rivals, "parallel_map", lambda _, __, work: [f"{each.key} beside no law" for (each,) in work])
+    told = []
+    rivals._raced(race, None, [SimpleNamespace(hypothesis=hypothesis("slider"))], [hypothesis("slider")], told.append)
+    assert ran == [["slider beside the law", "slider beside no law"]]
+    assert told == ["fitting slider"]
