@@ -85,7 +85,7 @@ def test_every_work_is_tried_as_often():
 
 def test_an_hour_lies_on_the_line_through_both_lengths():
     assert Memory("x", 100.0, 100.0).hour_MB == 100.0
-    assert Memory("x", 100.0, 101.0).table()["hour_MB"] == pytest.approx(100.0 + 3540 / 120)
+    assert Memory("x", 100.0, 101.0).table()["hour_MB"] == pytest.approx(100.0 + 3540 / 540)
 
 
 @pytest.fixture
@@ -110,7 +110,7 @@ def test_the_command_gives_costs_ratios_and_exponents(quick):
 
 
 def test_the_page_has_every_work_and_a_picture(quick, tmp_path):
-    memory = [Memory("checked", 80.0, 90.0).table()]
+    memory = [Memory("checked", 80.0, 150.0).table()]
     write_page(tmp_path / "speed.md", {"quick": quick.table()}, memory)
     page = (tmp_path / "speed.md").read_text(encoding="utf-8")
     assert "| 100 | 20 | 80 | 4 | 1e-09 |" in page
