@@ -182,15 +182,15 @@ def minimise_reweighted(
     """
     best = solution = solve(start, iterations=iterations)
     begun = start
-    for left in reversed(range(rounds if solution.ended != "not finite" else 0)):
+    for left in reversed(range(rounds)):
+        if solution.ended == "not finite":
+            break
         if solution.gained_little(tolerance) and solution.history[0] <= best.history[0] * (
             1 + LIMITS.gauss_newton_same
         ):
             return solution
         ahead = solution.x
         solution = solve(ahead, iterations=iterations if left else 0)
-        if solution.ended == "not finite":
-            break
         if solution.history[0] < best.history[0]:
             best, begun = solution, ahead
     return best if best is solution else solve(begun, iterations=0)

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from twin.arrays import Array
 from twin.diagnose.answer.comparison import noise_floors, relative_errors
-from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
+from twin.diagnose.fitted_model import FitProblem, FittedModel
 from twin.identify.cholesky import Cholesky
 from twin.identify.frequency_shifts import swept_modes
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residuals.error_model import OF_SOFTENING, SOUND
+from twin.identify.residuals.error_model import OF_SOFTENING, SOUND, Covariances
 from twin.identify.residuals.harmonics import harmonic_residuals
 from twin.identify.residuals.likelihood import sound_errors
 from twin.identify.residuals.residual_model import ResidualModel
@@ -71,12 +71,12 @@ def measure_gain(
     runs, sweeps
         What these are called.
     """
-    before, after_there = elsewhere(before), elsewhere(after)
-    harmonics = harmonic_residuals(ResidualModel(unseen), before.baseline)
-    errors = [relative_errors(unseen, model, harmonics) for model in (before, after_there)]
+    models = elsewhere(before), elsewhere(after)
+    harmonics = harmonic_residuals(ResidualModel(unseen), models[0].baseline)
+    errors = [relative_errors(unseen, model, harmonics) for model in models]
     floors = noise_floors(unseen, harmonics)
-    sound = _of_a_sound_rig(learnt, unseen, after).ravel()
-    right = np.hypot(sound, _left_open(learnt, unseen, after_there).ravel())
+    sound, left_open = _of_a_right_model(learnt, unseen, after)
+    right = np.hypot(sound, left_open)
     whole = [np.concatenate(list(column.values())) for column in (*errors, floors)]
     known = np.concatenate([sound / right, *(np.ones_like(floors[h]) for h in floors if h > 1)])
     tested = rms(np.concatenate(list((floors | {1: sound}).values())))
@@ -108,29 +108,28 @@ def _wander(shifts: NDArray[np.float64], evidence: MeasuredData) -> float:
     return float(np.sqrt(np.sum(shifts[sweeps] ** 2) / max(count - modes, 1) * (1 + modes / max(count, 1))))
 
 
-def _of_a_sound_rig(learnt: LearntFrom, unseen: MeasuredData, model: FittedModel) -> Array:
-    """Relative errors (s, o) of the fundamentals that noise, a sound rig's model error and a sweep's shift make."""
-    residual_model = ResidualModel(unseen, modification_of(unseen, model.hypotheses))
-    made_of = residual_model.covariances(model.baseline)
-    by_shift = _wander(model.baseline.shifts, learnt[0]) * made_of.shifts[1]
-    variance = np.sum(made_of.of_steps(SOUND.steps).factor ** 2, axis=2) + np.sum(by_shift**2, axis=2)
-    return _of_complex(variance)
+def _of_a_right_model(learnt: LearntFrom, unseen: MeasuredData, model: FittedModel) -> tuple[Array, Array]:
+    """Relative errors (s o,) of the fundamentals: a sound rig's, and those that its data leave open.
 
-
-def _left_open(learnt: LearntFrom, unseen: MeasuredData, model: FittedModel) -> Array:
-    """Standard deviations (s, o) of the fundamentals, relative, for what a sound rig's data leave of the parameters."""
+    The first are of noise, the model error that such rigs have and a sweep's shift, the others of the parameters.
+    """
     sizes = sound_errors(learnt[0]).log_sizes.copy()
     sizes[OF_SOFTENING:] = model.errors.log_sizes[OF_SOFTENING:]  # how rough the laws are is the joints' own
     errors = model.errors.with_log_sizes(sizes)
     problem = FitProblem(*learnt, model.baseline, model.hypotheses, errors=errors)
     J = problem.weighed().here.jacobian
-    there = FitProblem(unseen, None, model.baseline, model.hypotheses, errors=errors).weighed()
+    there = FitProblem(unseen, None, elsewhere(model).baseline, model.hypotheses, errors=errors).weighed()
     own = there.here.jacobian[dict(there.here.blocks)["steps"]]
     rows = there.held.steps.undone(own).reshape(len(own), -1)
     spread = Cholesky.of(J.T @ J + problem.precision).solve(rows.T)
-    return _of_complex(np.sum(rows * spread.T, axis=1).reshape(len(unseen.steps), -1))
+    left_open = np.sum(rows * spread.T, axis=1).reshape(len(unseen.steps), -1)
+    made_of = there.held.made_of
+    assert isinstance(made_of, Covariances)
+    by_shift = _wander(model.baseline.shifts, learnt[0]) * made_of.shifts[1]
+    sound = np.sum(made_of.of_steps(SOUND.steps).factor ** 2, axis=2) + np.sum(by_shift**2, axis=2)
+    return _of_complex(sound), _of_complex(left_open)
 
 
 def _of_complex(variance: Array) -> Array:
-    """Sizes (s, o) of complex errors, from the variances (s, 2 o) of their real and of their imaginary parts."""
-    return np.asarray(np.sqrt(variance.reshape(len(variance), 2, -1).sum(axis=1)))
+    """Sizes (s o,) of complex errors, from the variances (s, 2 o) of their real and of their imaginary parts."""
+    return np.asarray(np.sqrt(variance.reshape(len(variance), 2, -1).sum(axis=1))).ravel()

@@ -53,10 +53,9 @@ def fitted_rivals(
             return [score.hypothesis for score in promising]
         # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
         names = {score.hypothesis.cause.name for score in promising}
-        return [rival for rival in imitated if rival.cause.name in names and rival not in begun_anew]
+        return [rival for rival in imitated if rival.cause.name in names]
 
-    begun_anew: list[CauseHypothesis] = []
-    begun_anew += anew(scored)
+    begun_anew = anew(scored)
     fits = _raced(race, model, scored, begun_anew, report)
 
     def exact() -> bool:
@@ -66,9 +65,9 @@ def fitted_rivals(
         report("scoring causes with a sound rig's errors")
         known = {score.hypothesis.key for score in scored}
         asked = [score for score in _promising(evidence, if_sound(), effort) if score.hypothesis.key not in known]
-        fits += _raced(race, model, asked, others := anew(asked), report)
-        scored += asked
-        begun_anew += others
+        others = [rival for rival in anew(asked) if rival not in begun_anew]
+        fits += _raced(race, model, asked, others, report)
+        scored, begun_anew = scored + asked, begun_anew + others
     last: list[CauseHypothesis] = []
     if fits and not of_frequencies and (leading := likeliest(fits)).log_evidence < before.log_evidence:
         last += [score.hypothesis for score in scored if score.hypothesis.key == leading.hypotheses[-1].key]

@@ -29,7 +29,7 @@ class HeldOutValues:
     @property
     def in_deviations(self) -> tuple[float, float]:
         """Before and after, over what a right model leaves: a table's deviations are those of its values as a whole."""
-        expected = self.of_fit * self.noise_floor
+        expected = max(self.of_fit * self.noise_floor, 1e-300)  # a table may claim to have no noise
         return self.before / expected, self.after / expected
 
 

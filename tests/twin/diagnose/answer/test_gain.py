@@ -38,11 +38,14 @@ def measured(learnt, unseen, model):
     return measure_gain((learnt, None), unseen, model, model, runs=("heldout.mcap",), sweeps=())
 
 
-def without_some(evidence, learnt, *, inside=True):
-    """Steps outside the gap, or those inside."""
+def in_gap(evidence, learnt):
+    """Which steps."""
     share = evidence.steps.amplitude_m / np.max(learnt.steps.amplitude_m)
-    gap = (share > GAP[0]) & (share < GAP[1])
-    return replace(evidence, steps=evidence.steps.select(~gap if inside else gap))
+    return (share > GAP[0]) & (share < GAP[1])
+
+
+def with_steps(evidence, numbers):
+    return replace(evidence, steps=evidence.steps.select(numbers))
 
 
 def test_a_right_model_leaves_what_is_expected_of_it(data):
@@ -54,18 +57,17 @@ def test_a_right_model_leaves_what_is_expected_of_it(data):
 
 def test_more_is_expected_between_the_amplitudes_that_were_learnt_from(data):
     learnt, unseen = data
-    inside = without_some(unseen, learnt, inside=False)
+    inside = with_steps(unseen, in_gap(unseen, learnt))
     assert len(inside.steps) > 1
-    known, open_there = (
-        measured(each, inside, fitted(each)).expected for each in (learnt, without_some(learnt, learnt))
-    )
+    without = with_steps(learnt, ~in_gap(learnt, learnt))
+    known, open_there = (measured(each, inside, fitted(each)).expected for each in (learnt, without))
     assert open_there > 2 * known
 
 
 def test_a_rough_law_that_missed_the_gap_is_no_worse_than_expected(data):
     """Its error there is tens of times the noise, and says nothing against the model."""
     learnt, unseen = data
-    some = without_some(learnt, learnt)
+    some = with_steps(learnt, ~in_gap(learnt, learnt))
     gain = measured(some, unseen, fitted(some, rougher=1e3))
     assert gain.after > 10 * gain.noise_floor
     assert gain.in_deviations[1] < 1.5
