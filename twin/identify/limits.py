@@ -157,12 +157,10 @@ class Limits:
     damped_modes: int = 5
     """Modes whose damping ratios are identified; those above keep what is assumed."""
     # local_forces.py
-    local_longest: float = 0.7
-    """Largest change of a log amplitude in one turn."""
-    local_shortest: float = 1 / 64
-    """Share of a Newton step below which a step that does not help is taken all the same."""
-    local_settled: float = 1e-9
-    """Norm of the disagreement of log amplitudes that ends the search for a balance."""
+    local_longest: float = 2.0
+    """Largest change of an amplitude in one turn, over its size."""
+    local_settled: float = 1e-11
+    """Norm of the disagreement of amplitudes, over the largest, that ends the search for a balance."""
     local_difference: float = 1e-5
     """Relative step of amplitude or stiffness for a derivative."""
     harmonics_step: float = 1e-3

@@ -184,7 +184,8 @@ def test_what_harmonics_add_follows_all_that_they_meet(balanced, nominal):
 
     def more(x):
         moved = baseline.with_vector(x)
-        stiffness = residual_model.local.stiffness(moved.laws, secant, omega.real)[0] + held.balance.more
+        by_law, _ = residual_model.local.stiffness(moved.laws, secant, omega.real, held.balance.added.squares)
+        stiffness = by_law + held.balance.more
         found = replace(held.balance, stiffness=stiffness)
         return balance_openings(moved.laws, residual_model.openings(moved, found)).more
 

@@ -94,7 +94,8 @@ def _at(
     points, amplitude, force = 2 * len(residual_model.points), share * motion, np.inf
     for _ in range(LIMITS.sweeps_turns):
         at = np.broadcast_to(amplitude, (len(omega), len(amplitude)))
-        R = update_receptance(free, residual_model.moving, forces.stiffness(model.baseline.laws, at, omega)[0])
+        stiffness, _ = forces.stiffness(model.baseline.laws, at, omega, np.zeros((len(omega), points // 2, 2)))
+        R = update_receptance(free, residual_model.moving, stiffness)
         if not points:
             break
         moved = np.abs(residual_model.driven(R, omega)[:, residual_model.moving])

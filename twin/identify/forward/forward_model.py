@@ -21,7 +21,7 @@ from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.linear.structural_modification import update_receptance
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.nonlinear.balance import Added, Balance, log_amplitudes
+from twin.identify.nonlinear.balance import Added, Balance, accelerated, log_amplitudes
 from twin.identify.nonlinear.local_forces import LocalForces, Surroundings
 from twin.identify.nonlinear.opening_harmonics import (
     OpeningBalance,
@@ -30,8 +30,8 @@ from twin.identify.nonlinear.opening_harmonics import (
     balance_openings,
     growth_of_more,
     has_harmonics,
-    loss_among_harmonics,
 )
+from twin.identify.nonlinear.running_amplitude import running_loss, squares_of
 from twin.identify.spectra.broadband import BinnedResponse
 
 Free = tuple[Array, Array]
@@ -120,6 +120,7 @@ class ForwardModel(LinearForwardModel):
         if not (has_harmonics(baseline.laws, self.slaps) and len(omega)):
             return found
         p, changed, largest = len(self.points), np.inf, 0.0
+        before: tuple[Added, Array] | None = None
         free = {h: self._free_at_harmonic(h, baseline) for h in self.orders}
         for turn in range(HARMONIC_TURNS):
             # The second time at least, with the loss that the slips' harmonics leave.
@@ -133,12 +134,16 @@ class ForwardModel(LinearForwardModel):
             # Not the secant, which the compliances at the harmonics contain: only both together are exact.
             openings = replace(self.openings(baseline, found, at_harmonics), secant=secant)
             balance = balance_openings(baseline.laws, openings, self.slaps, start=harmonics)
-            more, harmonics = self.added_by(baseline, found, openings, balance), balance.motion
-            changed = np.max(np.abs(more - found.more), initial=0.0)
-            amplitude = np.abs(found.motion)
+            beyond, harmonics = self.added_by_harmonics(baseline, found, openings, balance), balance.motion
+            changed = np.max(np.abs(beyond), initial=0.0)
+            amplitude, more = np.abs(found.motion), np.zeros_like(found.stiffness)
+            more[:, :p] = balance.more
             growth = growth_of_more(baseline.laws, openings, balance, self.slaps)
-            added = Added(more, growth, log_amplitudes(amplitude[:, :p]))
-            found = self.local_at(found).balance(baseline.laws, omega, around, added=added, start=amplitude)
+            squares = squares_of(openings.slips(balance), openings.orders)
+            added = Added(more, growth, log_amplitudes(amplitude[:, :p]), squares)
+            taken = accelerated(added, found.added.squares, before)
+            before = (added, found.added.squares) if turn else None
+            found = self.local_at(found).balance(baseline.laws, omega, around, added=taken, start=amplitude)
             if changed < HARMONICS_SETTLED * largest:
                 break
         return found
@@ -149,16 +154,18 @@ class ForwardModel(LinearForwardModel):
         known = ripples is not None and ripples.shape[1] == len(self.local.forces)
         return replace(self.local, ripples=ripples) if known else self.local
 
-    def added_by(
+    def added_by_harmonics(
         self, baseline: BaselineParameters, found: Balance, openings: Openings, harmonics: OpeningBalance
     ) -> Array:
-        """Stiffness (s, n) that harmonics add: the openings' to their own, the slips' to their fundamentals' loss."""
-        p, more = len(self.points), np.zeros_like(found.stiffness)
-        more[:, :p] = harmonics.more
-        slips = found.motion[:, p : 2 * p], openings.slips(harmonics)
-        change = loss_among_harmonics(baseline.laws, self.points.joint, *slips, openings.orders)
-        more[:, p : 2 * p] = 1j * self.local.weights[:, p:] * change
-        return more
+        """Stiffness (s, 2 p) that harmonics add at the points of a balance beyond what they add in it."""
+        p, of_slips = len(self.points), squares_of(openings.slips(harmonics), openings.orders)
+        slips = np.abs(found.motion[:, p : 2 * p])
+        now, before = (
+            running_loss(baseline.laws, self.points.joint, slips, squares)
+            for squares in (of_slips, found.added.squares)
+        )
+        more = found.more[:, : 2 * p]
+        return np.concatenate([harmonics.more, 1j * self.local.weights[:, p:] * (now - before)], axis=1) - more
 
     def surroundings(self, free: Array, omega: Array) -> Surroundings:
         """What is around the moving ports at the steps, from receptances without what acts there."""

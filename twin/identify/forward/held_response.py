@@ -28,8 +28,8 @@ from twin.identify.nonlinear.opening_harmonics import (
     balance_openings,
     growth_of_more,
     has_harmonics,
-    loss_among_harmonics,
 )
+from twin.identify.nonlinear.running_amplitude import squares_of
 
 CHUNK = 4096
 HARMONIC_TURNS = 2
@@ -175,7 +175,7 @@ class HeldRig:
                 log_motion[c] = np.log(np.maximum(np.abs(found.motion), 1e-300))
             if self._own_harmonics and turn < HARMONIC_TURNS:
                 added = self._by_harmonics(motion, stiffness, log_motion, ripples)
-        return HeldBranch(self, first, more, log_motion, ripples)
+        return HeldBranch(self, first, more, added.squares, log_motion, ripples)
 
     def surroundings(self, rows: Array, reading: Array) -> Surroundings:
         """What is around the moving ports at some frequencies, with these readings."""
@@ -224,10 +224,8 @@ class HeldRig:
                 orders, around[:, :, :p, :p], driven[:, :, :p], around[:, :, p : 2 * p, :p], driven[:, :, p : 2 * p],
             )  # fmt: skip
             balance = balance_openings(self.laws, openings, self._rig.slaps)
-            slips = motion[c, rows, p : 2 * p]
-            change = loss_among_harmonics(self.laws, joint, slips, openings.slips(balance), orders)
             added.stiffness[c, rows, :p] = balance.more
-            added.stiffness[c, rows, p : 2 * p] = 1j * self.weights[rows, p:] * change
+            added.squares[c, rows] = squares_of(openings.slips(balance), orders)
             added.growth[c, rows] = growth_of_more(self.laws, openings, balance, self._rig.slaps)
         return added
 
@@ -263,6 +261,8 @@ class HeldBranch:
     """Number (f,) of the least reading in :data:`LIMITS.held_response_stride`, logarithmic."""
     more: Array
     """Stiffness that harmonics add, N/m, (c, f, n),"""
+    squares: Array
+    """what they add to the slips' running squares, m2, (c, f, p, 2),"""
     log_motion: Array
     """the logarithm of the moving ports' amplitudes,"""
     ripples: Array
@@ -281,15 +281,16 @@ class HeldBranch:
         t = np.clip(share, 0.0, 1.0)
         # Lagrange's cubics through the four amplitudes around.
         cubics = (t * (1 - t) * (t - 2) / 6, (t * t - 1) * (t - 2) / 2, t * (t + 1) * (2 - t) / 2, t * (t * t - 1) / 6)
-        more, ripples = (
+        more, squares, ripples = (
             sum(
                 cubic.reshape(-1, *(1,) * (known.ndim - 2)) * known[lower + n, rows]
                 for n, cubic in enumerate(cubics, -1)
             )
-            for known in (self.more, self.ripples)
+            for known in (self.more, self.squares, self.ripples)
         )
         around = rig.surroundings(rows, reading)
-        added = replace(Added.nothing(start.shape, rig.points), stiffness=np.asarray(more))
+        nothing, squares = Added.nothing(start.shape, rig.points), np.maximum(squares, 0.0)
+        added = replace(nothing, stiffness=np.asarray(more), squares=squares)
         found = rig.forces(rows, np.asarray(ripples)).balance(
             rig.laws, rig.omega[rows], around, added=added, start=np.exp(start)
         )

@@ -9,6 +9,9 @@ import numpy as np
 from twin.arrays import Array
 from twin.identify.limits import LIMITS
 
+LEAST_CHANGE, LARGEST_CHANGE = 1e-16, 7.0
+"""Of squares' logarithms: so little is no direction to follow, and no turn goes farther beyond what it found."""
+
 
 def log_amplitudes(amplitude: Array) -> Array:
     """Their logarithms, finite where nothing moves."""
@@ -17,7 +20,7 @@ def log_amplitudes(amplitude: Array) -> Array:
 
 @dataclass(frozen=True)
 class Added:
-    """Stiffness at the ports beside that of the law and the forces, to first order in the openings' log amplitudes."""
+    """What harmonics add at ports: stiffness, to first order in the openings' log amplitudes, and slips' squares."""
 
     stiffness: Array
     """Complex, N/m, (s, n)."""
@@ -25,12 +28,16 @@ class Added:
     """The derivative of the openings' stiffness by the logarithms of their amplitudes, (s, p, p)."""
     log_amplitude: Array
     """Where these are so, of m, (s, p)."""
+    squares: Array
+    """What harmonics add to the running squares of the slips, see
+    :func:`~twin.identify.nonlinear.running_amplitude.squares_of`, m2, (s, p, 2)."""
 
     @staticmethod
     def nothing(shape: tuple[int, ...], points: int) -> Added:
         """At no port of so many steps (s, n)."""
         openings = (*shape[:-1], points)
-        return Added(np.zeros(shape, complex), np.zeros((*openings, points), complex), np.zeros(openings))
+        growth, squares = np.zeros((*openings, points), complex), np.zeros((*openings, 2))
+        return Added(np.zeros(shape, complex), growth, np.zeros(openings), squares)
 
     def at(self, amplitude: Array) -> Array:
         """The stiffness (s, n) at amplitudes (s, n), m."""
@@ -40,12 +47,48 @@ class Added:
 
     def of_step(self, number: int) -> Added:
         """One of several steps, each of which holds many."""
-        return Added(self.stiffness[number], self.growth[number], self.log_amplitude[number])
+        return Added(self.stiffness[number], self.growth[number], self.log_amplitude[number], self.squares[number])
 
     def of_ports(self, count: int) -> Added:
         """For so many ports, the last of which have none, or are left out."""
         missing = max(0, count - self.stiffness.shape[1])
         return replace(self, stiffness=np.pad(self.stiffness[:, :count], [(0, 0), (0, missing)]))
+
+
+def accelerated(added: Added, used: Array, before: tuple[Added, Array] | None) -> Added:
+    """What a further turn of fundamentals and harmonics begins with: Anderson's acceleration with one turn before.
+
+    Where harmonics meet a resonance, the loss that their own motion sets damps them, and plain turns go to and fro.  Of
+    each step the logarithms of the slips' squares are followed to where they would change no more (Walker and Ni 2011,
+    with m = 1), and what else harmonics add goes with them.
+
+    Parameters
+    ----------
+    added, used
+        What harmonics add in this turn, and the slips' squares (s, p, 2) that it had begun with.
+    before
+        The same of the turn before; without it the next one begins with `added`.
+    """
+    if before is None:
+        return added
+    (earlier, had), steps = before, len(used)
+    log, log_before = _logarithm(added.squares), _logarithm(earlier.squares)
+    change = (log - _logarithm(used)).reshape(steps, -1)
+    fell = change - (log_before - _logarithm(had)).reshape(steps, -1)
+    back = -np.sum(fell * change, axis=1) / np.maximum(np.sum(fell**2, axis=1), LEAST_CHANGE)
+
+    def mixed(now: Array, then: Array) -> Array:
+        return np.asarray(now + back.reshape(-1, *(1,) * (now.ndim - 1)) * (now - then))
+
+    bounds = log - LARGEST_CHANGE, log + LARGEST_CHANGE
+    return Added(
+        mixed(added.stiffness, earlier.stiffness), added.growth, mixed(added.log_amplitude, earlier.log_amplitude),
+        np.exp(np.clip(mixed(log, log_before), *bounds)),
+    )  # fmt: skip
+
+
+def _logarithm(squares: Array) -> Array:
+    return np.asarray(np.log(np.maximum(squares, 1e-300)))
 
 
 @dataclass(frozen=True)
@@ -57,7 +100,7 @@ class Balance:
     stiffness: Array
     """Complex, N/m, (s, n)."""
     added: Added
-    """The part of it that is neither the law's nor the forces': what harmonics of the motion add."""
+    """What harmonics of the motion add."""
     unsettled: Array
     """Norm of the relative disagreement that was left, (s,)."""
     ripples: Array | None = None
@@ -65,7 +108,7 @@ class Balance:
 
     @property
     def more(self) -> Array:
-        """What is added (s, n) at this motion, N/m."""
+        """The part (s, n) of the stiffness that is neither the law's nor the forces', N/m."""
         return self.added.at(np.abs(self.motion))
 
     @property

@@ -1,7 +1,7 @@
 """Forces that go by a port's own motion: the joint's law at the layer's points, and what causes add elsewhere.
 
-The stiffness of a port depends on its own amplitude, and that on all the ports' stiffness: Newton's method on the
-logarithms of the amplitudes finds both.  With L the receptances among the ports and r those from the drive,
+The stiffness of a port depends on its own amplitude, and that on all the ports' stiffness: Newton's method finds both.
+With L the receptances among the ports and r those from the drive,
 
     d = (1 + L S(|d|))^-1 r F,        response = r_out F - R_out,d S d.
 
@@ -21,9 +21,10 @@ from twin.arrays import Array
 from twin.identify.jenkins import RIPPLES, common_spring
 from twin.identify.limits import LIMITS
 from twin.identify.model_modification import NoiseMotion, NonlinearForce
-from twin.identify.nonlinear.balance import Added, Balance, log_amplitudes
+from twin.identify.nonlinear.balance import Added, Balance
 from twin.identify.nonlinear.balance_kernel import NEWTON, PackedPorts, PackedSliders, Turn, settle
 from twin.identify.nonlinear.joint_law import LayerLaw, packed_laws
+from twin.identify.nonlinear.running_amplitude import running_loss_basis
 from twin.identify.slipping import Slider
 from twin.identify.slipping_kernel import slide_address
 
@@ -98,14 +99,22 @@ class LocalForces:
         """Which points are a joint's."""
         return np.flatnonzero(self.joint == joint)
 
-    def stiffness(self, laws: Sequence[LayerLaw], amplitude: Array, omega: Array) -> tuple[Array, Array]:
-        """Equivalent stiffness at amplitudes (s, n), and its derivative with the logarithm of each; (s, n) both."""
+    def stiffness(
+        self, laws: Sequence[LayerLaw], amplitude: Array, omega: Array, squares: Array
+    ) -> tuple[Array, Array]:
+        """Equivalent stiffness at amplitudes (s, n), and its derivative with the logarithm of each; (s, n) both.
+
+        Parameters
+        ----------
+        squares
+            What harmonics add to the slips', see :attr:`Added.squares`.
+        """
         p = self.points
         k, growth = np.zeros((2, len(amplitude), 2 * p), complex)
         for number, law in enumerate(laws):
             opening, slip = self.of_joint(number), p + self.of_joint(number)
             by_opening, open_slope = law.softening_with_slope(amplitude[:, opening])
-            by_slip, slip_slope = law.loss_with_slope(amplitude[:, slip])
+            by_slip, slip_slope = running_loss_basis(law, amplitude[:, slip], squares[:, self.of_joint(number)])
             k[:, opening], k[:, slip] = -(by_opening @ law.softening), 1j * (by_slip @ law.loss)
             growth[:, opening], growth[:, slip] = -(open_slope @ law.softening), 1j * (slip_slope @ law.loss)
         k, growth = k * self.weights, growth * self.weights
@@ -114,13 +123,14 @@ class LocalForces:
         own, own_growth = self._with_growth(amplitude[:, 2 * p :], omega, np.arange(len(omega)))
         return np.concatenate([k, own], axis=1), np.concatenate([growth, own_growth], axis=1)
 
-    def by_law(self, laws: Sequence[LayerLaw], amplitude: Array) -> list[tuple[Array, Array]]:
-        """Derivatives of the stiffness at each joint's p points by its softening (s, p, n) and its loss (s, p, m)."""
+    def by_law(self, laws: Sequence[LayerLaw], amplitude: Array, squares: Array) -> list[tuple[Array, Array]]:
+        """Derivatives of :meth:`stiffness` at each joint's p points by its softening (s, p, n) and loss (s, p, m)."""
         found = []
         for number, law in enumerate(laws):
             opening, slip = self.of_joint(number), self.points + self.of_joint(number)
             by_softening = -self.weights[:, opening, None] * law.softening_basis(amplitude[:, opening])
-            found.append((by_softening, 1j * self.weights[:, slip, None] * law.loss_basis(amplitude[:, slip])))
+            by_loss, _ = running_loss_basis(law, amplitude[:, slip], squares[:, self.of_joint(number)])
+            found.append((by_softening, 1j * self.weights[:, slip, None] * by_loss))
         return found
 
     @property
@@ -142,7 +152,7 @@ class LocalForces:
     ) -> Balance:  # fmt: skip
         """Stiffness at the amplitudes that it itself allows.
 
-        Bounded, and monotone in the disagreement of each step, which is told.
+        Bounded; the disagreement that is left of each step is told.
 
         Parameters
         ----------
@@ -157,59 +167,64 @@ class LocalForces:
             return Balance(around.driven, around.driven, added, np.zeros(len(omega)))
         if start is None:
             start = np.abs(around.motion(np.zeros_like(around.driven)))
-        log_a = log_amplitudes(start)
+        motion = np.maximum(start, 1e-300) + 0j
         arrays = (
             *packed_laws(laws, self.joint), self.weights, around.among, around.driven, around.reference,
             around.to_reference, around.amplitude, added.stiffness, added.growth, added.log_amplitude,
+            added.squares,
         )  # fmt: skip
         ports = PackedPorts(*(np.ascontiguousarray(a) for a in arrays))  # one layout, one compilation
-        now = Turn.of(log_a)
-        self._settle(ports, omega, log_a, np.arange(len(omega)), now)
-        self._settle_beside(ports, omega, log_a, now)
+        now = Turn.of(motion)
+        self._settle(ports, omega, motion, np.arange(len(omega)), now)
+        self._settle_beside(ports, omega, motion, now)
         return Balance(now.motion, now.stiffness, added, now.left, self.ripples)
 
-    def _settle_beside(self, ports: PackedPorts, omega: Array, log_a: Array, now: Turn) -> None:
+    def _settle_beside(self, ports: PackedPorts, omega: Array, motion: Array, now: Turn) -> None:
         """Begin steps that did not settle anew from where a neighbour did, as far as that leads from step to step."""
-        size = log_amplitudes(np.abs(ports.amplitude))
+        size = np.maximum(np.abs(ports.amplitude), 1e-300)
         left, before = int(np.sum(~now.settled)), len(omega) + 1
         while 0 < left < before:
             for side in (1, -1):
                 settled = np.flatnonzero(now.settled)
                 rows = np.setdiff1d(settled[(settled + side >= 0) & (settled + side < len(omega))] + side, settled)
-                begun, found = log_a.copy(), Turn.of(log_a)
-                begun[rows] = log_a[rows - side] + (size[rows] - size[rows - side])[:, None]
+                begun, found = motion.copy(), Turn.of(motion)
+                begun[rows] = motion[rows - side] * (size[rows] / size[rows - side])[:, None]
                 self._settle(ports, omega, begun, rows, found)
                 better = rows[found.settled[rows]]
-                log_a[better] = begun[better]
+                motion[better] = begun[better]
                 now.take(found, better)
             left, before = int(np.sum(~now.settled)), left
 
-    def _settle(self, ports: PackedPorts, omega: Array, log_a: Array, rows: NDArray[np.intp], now: Turn) -> None:
-        """Newton's method at some rows from assumed log amplitudes, which it moves; `now` is filled in there."""
+    def _settle(self, ports: PackedPorts, omega: Array, motion: Array, rows: NDArray[np.intp], now: Turn) -> None:
+        """Newton's method at some rows from a motion of assumed size, which it moves; `now` is filled in there."""
         sliders = [force.slider for force in self.forces if force.slider]
         if len(sliders) == len(self.forces):
-            own, growth = np.empty((2, len(log_a), len(sliders)), complex)
-            settle(ports, own, growth, log_a, rows, now, self._packed(sliders, omega), NEWTON)
+            own, growth = np.empty((2, len(motion), len(sliders)), complex)
+            settle(ports, own, growth, motion, rows, now, self._packed(sliders, omega), NEWTON, True)
             return
-        self._turn(ports, omega, log_a, rows, now)
-        share, trial = np.ones(len(omega)), Turn.of(log_a)
+        self._turn(ports, omega, motion, rows, now, sizes_alone=True)
+        assumed, trial = motion.copy(), Turn.of(motion)
+        trial.take(now, rows)
         for _ in range(NEWTON.turns):
             rows = rows[~now.settled[rows]]
             if not len(rows):
                 break
-            assumed = log_a + share[:, None] * np.clip(now.step, -NEWTON.longest, NEWTON.longest)
+            here, step = assumed[rows], trial.step[rows]
+            longest = NEWTON.longest * np.maximum(np.abs(here), np.abs(trial.motion[rows]))
+            assumed[rows] = here + np.minimum(1.0, longest / np.maximum(np.abs(step), 1e-300)) * step
             self._turn(ports, omega, assumed, rows, trial)
-            better = rows[(trial.left[rows] < now.left[rows]) | (share[rows] <= NEWTON.shortest)]
-            log_a[better] = assumed[better]
+            better = rows[trial.left[rows] < now.left[rows]]
+            motion[better] = assumed[better]
             now.take(trial, better)
-            share[rows] /= 4.0
-            share[better] = 1.0
 
-    def _turn(self, ports: PackedPorts, omega: Array, log_a: Array, rows: Array, out: Turn) -> None:
-        """Fill in `out` at some rows, for assumed log amplitudes."""
-        own, growth = np.empty((2, len(log_a), len(self.forces)), complex)
-        own[rows], growth[rows] = self._with_growth(np.exp(log_a[rows, 2 * self.points :]), omega[rows], rows)
-        settle(ports, own, growth, log_a, rows, out, self._packed([], omega), NEWTON._replace(turns=0))
+    def _turn(
+        self, ports: PackedPorts, omega: Array, motion: Array, rows: Array, out: Turn, *, sizes_alone: bool = False
+    ) -> None:
+        """Fill in `out` at some rows, for an assumed motion."""
+        own, growth = np.empty((2, len(motion), len(self.forces)), complex)
+        own[rows], growth[rows] = self._with_growth(np.abs(motion[rows, 2 * self.points :]), omega[rows], rows)
+        no_turns = NEWTON._replace(turns=0)
+        settle(ports, own, growth, motion, rows, out, self._packed([], omega), no_turns, sizes_alone)
 
     def follow(
         self, laws: Sequence[LayerLaw], amplitude: Array, omega: Array, influence: Influence, motion: Array,
@@ -224,7 +239,8 @@ class LocalForces:
         added
             What else of the stiffness follows.
         """
-        growth = self.stiffness(laws, amplitude, omega.real)[1][:, :, None] * np.eye(amplitude.shape[1])
+        own_growth = self.stiffness(laws, amplitude, omega.real, added.squares)[1]
+        growth = own_growth[:, :, None] * np.eye(amplitude.shape[1])
         growth[:, : self.points, : self.points] += added.growth
         own = np.eye(amplitude.shape[1]) - (influence.motion @ growth).real
         k = growth @ np.linalg.solve(own, motion.real)

@@ -96,39 +96,6 @@ def at_harmonic(stiffness: Array, h: int) -> Array:
     return np.asarray(stiffness.real + 1j * h * stiffness.imag)
 
 
-def loss_among_harmonics(
-    laws: Sequence[LayerLaw], joint: NDArray[np.int64], slips: Array, harmonics: Array, orders: Sequence[int]
-) -> Array:
-    """What harmonics of the slips add to the loss modulus of the fundamental (usually they take from it).
-
-    The loss is a force in proportion to velocity whose coefficient is the loss modulus at the running amplitude over
-    the running frequency: both are root mean squares, to which every harmonic counts.
-
-    Parameters
-    ----------
-    joint : ndarray of int, (p,)
-        Which joint's law each slip goes by.
-    slips, harmonics : ndarray, (s, p) and (s, h, p)
-        Complex amplitudes of the fundamental and of the harmonics `orders`, m.
-
-    Returns
-    -------
-    ndarray, (s, p)
-        N/m2.
-    """
-    order = np.array(orders, float)[:, None]
-    first, others = np.abs(slips) ** 2, np.abs(harmonics) ** 2
-    # A static part has no velocity; its square counts twice, as the mean of a wave of that size is its half.
-    displacement = first + np.sum(np.where(order == 0, 2.0, 1.0) * others, axis=1)
-    velocity = first + np.sum(order**2 * others, axis=1)
-    fall = np.sqrt(displacement / np.maximum(velocity, 1e-300))
-    change = np.empty_like(first)
-    for number, law in enumerate(laws):
-        own = joint == number
-        change[:, own] = law.loss_at(np.sqrt(displacement[:, own])) * fall[:, own] - law.loss_at(np.abs(slips[:, own]))
-    return change
-
-
 def has_harmonics(laws: Sequence[LayerLaw], slaps: Sequence[Opening | None]) -> bool:
     """Whether any layer's force has harmonics that its openings follow: it is not linear, or loses contact."""
     return any(np.any(law.vector) for law in laws) or any(slap is not None for slap in slaps)

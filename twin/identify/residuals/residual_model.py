@@ -133,8 +133,7 @@ class ResidualModel(ForwardModel):
         openings = self.openings(baseline, found)
         start = start if start is not None and start.shape == openings.driven.shape else None
         harmonics = balance_openings(baseline.laws, openings, self.slaps, start=start)
-        more = self.added_by(baseline, found, openings, harmonics) - found.more
-        return more[:, : 2 * len(self.points)], harmonics.motion
+        return self.added_by_harmonics(baseline, found, openings, harmonics), harmonics.motion
 
     def _broadband(
         self, index: int, baseline: BaselineParameters, whitening: Whitening, sensitivities: bool
@@ -239,7 +238,7 @@ class ResidualModel(ForwardModel):
         around = [self.at_harmonic(h, baseline, found, inner=True) for h in self.orders]
         openings = self.openings(baseline, found, around)
         harmonics = balance_openings(baseline.laws, openings, self.slaps)
-        lossier = [loss for _, loss in self.local.by_law(baseline.laws, np.abs(found.motion))]
+        lossier = [loss for _, loss in self.local.by_law(baseline.laws, np.abs(found.motion), found.added.squares)]
         moved = np.zeros((*harmonics.motion.shape, len(baseline.blocks)), complex)
         own_forces = self.forced_harmonics(baseline, found, openings.orders)
         for order, (h, (R, force, omega)) in enumerate(zip(openings.orders, around, strict=True)):
@@ -375,7 +374,7 @@ class ResidualModel(ForwardModel):
             # A law's harmonics are felt at every joint's points.
             response += influence.response[:, :, :points] @ by_harmonics
             moved += influence.motion[:, :, :points] @ by_harmonics
-        for joint, (softer, lossier) in enumerate(self.local.by_law(baseline.laws, amplitude)):
+        for joint, (softer, lossier) in enumerate(self.local.by_law(baseline.laws, amplitude, balance.added.squares)):
             own = self.local.of_joint(joint)
             for which, columns, k in (
                 (own, baseline.softening(joint), softer),

@@ -22,30 +22,30 @@ def settle_near(monkeypatch):
     """Replace Newton's method by one that settles where it begins close enough to what each step comes to."""
 
     def given(reach, hopeless=()):
-        rest, begun = np.log(np.abs(Ports.amplitude))[:, None] + [0.0, 0.3], []
+        rest, begun = np.abs(Ports.amplitude)[:, None] * np.exp([0.0, 0.3]), []
 
-        def settle(self, ports, omega, log_a, rows, now):
+        def settle(self, ports, omega, motion, rows, now):
             for s in rows:
                 begun.append(int(s))
-                away = np.max(np.abs(log_a[s] - rest[s]))
+                away = np.max(np.abs(np.log(motion[s] / rest[s])))
                 now.gap[s] = 0.0 if away < reach and s not in hopeless else 1.0
                 if now.gap[s, 0] == 0:
-                    log_a[s] = now.motion[s] = rest[s]
+                    motion[s] = now.motion[s] = rest[s]
 
         monkeypatch.setattr(LocalForces, "_settle", settle)
-        log_a, now = np.zeros((STEPS, 2)), Turn.of(np.zeros((STEPS, 2)))
-        LINE._settle(Ports, np.ones(STEPS), log_a, np.arange(STEPS), now)
+        motion, now = np.ones((STEPS, 2), complex), Turn.of(np.ones((STEPS, 2)))
+        LINE._settle(Ports, np.ones(STEPS), motion, np.arange(STEPS), now)
         assert now.settled.tolist() == [True, True] + [False] * 5
-        LINE._settle_beside(Ports, np.ones(STEPS), log_a, now)
-        return now, log_a, rest, begun
+        LINE._settle_beside(Ports, np.ones(STEPS), motion, now)
+        return now, motion, rest, begun
 
     return given
 
 
 def test_a_step_goes_on_from_its_neighbour_with_the_motion_that_its_own_reading_asks_for(settle_near):
-    now, log_a, rest, _ = settle_near(1.0)
+    now, motion, rest, _ = settle_near(1.0)
     assert now.settled.all()
-    np.testing.assert_allclose(log_a, rest)
+    np.testing.assert_allclose(motion, rest)
 
 
 def test_behind_a_step_without_a_balance_nothing_is_tried_for_ever(settle_near):

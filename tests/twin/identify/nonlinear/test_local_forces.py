@@ -85,6 +85,7 @@ def test_sliders_balanced_in_compiled_code_are_those_balanced_one_turn_after_the
     np.testing.assert_allclose(found.stiffness, expected.stiffness, rtol=1e-9, atol=1e-9 * 300.0)
 
 
+NO_HARMONICS = np.zeros((len(OMEGA), 1, 2))
 SETS = ["layer", "hardening slipping", "slipping slipping", "slipping hardening"]
 
 
@@ -92,7 +93,7 @@ def test_a_layers_point_softens_as_it_opens_and_loses_as_it_slips():
     amplitude = np.tile([0.3, 0.7], (len(OMEGA), 1))
     k, growth = LocalForces(
         (NonlinearForce(None, lambda a, omega: 5.0 * a**2 + 0j, None),), WEIGHT, ONE_POINT
-    ).stiffness(LAWS, np.column_stack([amplitude, np.full(len(OMEGA), 0.1)]), OMEGA)
+    ).stiffness(LAWS, np.column_stack([amplitude, np.full(len(OMEGA), 0.1)]), OMEGA, NO_HARMONICS)
     np.testing.assert_allclose(k[:, 0], -1.5 * LAW.softening_at(0.3)[0])
     np.testing.assert_allclose(k[:, 1], 2j * LAW.loss_at(0.7)[0])
     np.testing.assert_allclose(k[:, 2], 0.05)
@@ -105,7 +106,7 @@ def test_stiffness_and_amplitude_agree_with_each_other(name):
     found = forces.balance(LAWS, OMEGA, around())
     amplitude = np.abs(found.motion)
     assert np.all(np.abs(amplitude / np.abs(motion(receptance())[0]) - 1).max(axis=0) > 0.02)
-    np.testing.assert_allclose(found.stiffness, forces.stiffness(LAWS, amplitude, OMEGA)[0], rtol=1e-8)
+    np.testing.assert_allclose(found.stiffness, forces.stiffness(LAWS, amplitude, OMEGA, NO_HARMONICS)[0], rtol=1e-8)
     np.testing.assert_allclose(found.motion, motion(receptance(found.stiffness))[0], rtol=1e-8)
     assert np.max(found.unsettled) < 1e-9
 
@@ -152,7 +153,7 @@ def test_what_follows_another_change_is_the_derivative_of_the_balanced_state(nam
     """Another change: linear stiffness at the second port; what is added follows the openings, too."""
     forces, extra = local(name), np.array([0.0, 1e-3])
     added = Added.nothing((len(OMEGA), 2), forces.points)
-    added.growth[:] = 6.0 - 2.0j
+    added.growth[:], added.squares[:] = 6.0 - 2.0j, [0.3, 1.9]
 
     def settled(sign):
         found = forces.balance(LAWS, OMEGA, around(sign * extra), added=added)
@@ -170,8 +171,9 @@ def test_what_follows_another_change_is_the_derivative_of_the_balanced_state(nam
 
 def test_derivatives_by_the_law_are_those_of_the_points_stiffness():
     amplitude = np.tile([0.3, 0.7], (len(OMEGA), 1))
-    ((by_softening, by_loss),) = local("layer").by_law(LAWS, amplitude)
-    k = local("layer").stiffness(LAWS, amplitude, OMEGA)[0]
+    squares = np.tile([0.2, 1.5], (len(OMEGA), 1, 1))
+    ((by_softening, by_loss),) = local("layer").by_law(LAWS, amplitude, squares)
+    k = local("layer").stiffness(LAWS, amplitude, OMEGA, squares)[0]
     np.testing.assert_allclose(by_softening[:, 0] @ LAW.softening, k[:, 0])
     np.testing.assert_allclose(by_loss[:, 0] @ LAW.loss, k[:, 1])
 
