@@ -116,11 +116,13 @@ class ForwardModel(LinearForwardModel):
 
     def _with_harmonics(self, baseline: BaselineParameters, omega: Array, around: Surroundings) -> Balance:
         """Fundamentals and harmonics of the layer's openings, in turn."""
-        found, harmonics = self.local.balance(baseline.laws, omega, around), None
+        found = self.local.balance(baseline.laws, omega, around)
         if not (has_harmonics(baseline.laws, self.slaps) and len(omega)):
             return found
         p, changed, largest = len(self.points), np.inf, 0.0
+        harmonics = np.zeros((len(omega), len(self.orders), p), complex)
         before: tuple[Added, Array] | None = None
+        rows = np.arange(len(omega))
         free = {h: self._free_at_harmonic(h, baseline) for h in self.orders}
         for turn in range(HARMONIC_TURNS):
             # The second time at least, with the loss that the slips' harmonics leave.
@@ -132,19 +134,23 @@ class ForwardModel(LinearForwardModel):
                 secant = self._secant(found)[:, :p].real
                 largest = float(np.max(np.abs(secant), initial=0.0))
             # Not the secant, which the compliances at the harmonics contain: only both together are exact.
-            openings = replace(self.openings(baseline, found, at_harmonics), secant=secant)
-            balance = balance_openings(baseline.laws, openings, self.slaps, start=harmonics)
-            beyond, harmonics = self.added_by_harmonics(baseline, found, openings, balance), balance.motion
-            changed = np.max(np.abs(beyond), initial=0.0)
-            amplitude, more = np.abs(found.motion), np.zeros_like(found.stiffness)
+            openings = replace(self.openings(baseline, found, at_harmonics), secant=secant).of_steps(rows)
+            balance = balance_openings(baseline.laws, openings, self.slaps, start=harmonics[rows])
+            here, harmonics[rows] = found.of_steps(rows), balance.motion
+            change = np.abs(self.added_by_harmonics(baseline, here, openings, balance)).max(axis=1, initial=0.0)
+            changed = float(change.max())
+            amplitude, more = np.abs(here.motion), np.zeros_like(here.stiffness)
             more[:, :p] = balance.more
             growth = growth_of_more(baseline.laws, openings, balance, self.slaps)
             squares = squares_of(openings.slips(balance), openings.orders)
-            added = Added(more, growth, log_amplitudes(amplitude[:, :p]), squares)
-            taken = accelerated(added, found.added.squares, before)
-            before = (added, found.added.squares) if turn else None
-            found = self.local_at(found).balance(baseline.laws, omega, around, added=taken, start=amplitude)
-            if changed < HARMONICS_SETTLED * largest:
+            added, used = Added(more, growth, log_amplitudes(amplitude[:, :p]), squares), here.added.squares
+            taken, local = accelerated(added, used, before), self.local_at(found).of_steps(rows)
+            moved = local.balance(baseline.laws, omega[rows], around.of_steps(rows), added=taken, start=amplitude)
+            found = found.with_steps(rows, moved)
+            if turn:
+                left = np.flatnonzero(change >= HARMONICS_SETTLED * largest)
+                rows, before = rows[left], (added.of_steps(left), used[left])
+            if not len(rows):
                 break
         return found
 
@@ -164,8 +170,8 @@ class ForwardModel(LinearForwardModel):
             running_loss(baseline.laws, self.points.joint, slips, squares)
             for squares in (of_slips, found.added.squares)
         )
-        more = found.more[:, : 2 * p]
-        return np.concatenate([harmonics.more, 1j * self.local.weights[:, p:] * (now - before)], axis=1) - more
+        lossier = 1j * openings.slip_weight * (now - before)
+        return np.concatenate([harmonics.more, lossier], axis=1) - found.more[:, : 2 * p]
 
     def surroundings(self, free: Array, omega: Array) -> Surroundings:
         """What is around the moving ports at the steps, from receptances without what acts there."""
@@ -209,9 +215,9 @@ class ForwardModel(LinearForwardModel):
             driven.append(R[:, at, drive] * force[:, None] - by_own[:, :, 0])
         to_points, points_driven = np.stack(compliance, axis=1), np.stack(driven, axis=1)
         return Openings(
-            balance.motion[:, :p], self._secant(balance)[:, :p].real, self.local.weights[:, :p], baseline.base.E,
-            self.points.joint, orders, to_points[:, :, :p], points_driven[:, :, :p], to_points[:, :, p:],
-            points_driven[:, :, p:],
+            balance.motion[:, :p], self._secant(balance)[:, :p].real, self.local.weights[:, :p],
+            self.local.weights[:, p:], baseline.base.E, self.points.joint, orders, to_points[:, :, :p],
+            points_driven[:, :, :p], to_points[:, :, p:], points_driven[:, :, p:],
         )  # fmt: skip
 
     def forced_harmonics(self, baseline: BaselineParameters, balance: Balance, orders: Sequence[int]) -> Array:

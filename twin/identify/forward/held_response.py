@@ -168,7 +168,7 @@ class HeldRig:
                 else:
                     start = 2 * log_motion[c - 1] - log_motion[c - 2]
                 found = self.forces(every, ripples[c]).balance(
-                    self.laws, self.omega, around, added=added.of_step(c), start=np.exp(start)
+                    self.laws, self.omega, around, added=added.of_steps(c), start=np.exp(start)
                 )
                 more[c] = found.more
                 motion[c], stiffness[c] = found.motion, found.stiffness - more[c]
@@ -220,8 +220,9 @@ class HeldRig:
             ripples[c, rows] = own.swapaxes(1, 2)
             driven = self._driven_by_forces(around, motion[c, rows, 2 * p :], rows, ripples[c, rows], orders)
             openings = Openings(
-                motion[c, rows, :p], secant[:, :p].real, self.weights[rows, :p], self._base.E, joint,
-                orders, around[:, :, :p, :p], driven[:, :, :p], around[:, :, p : 2 * p, :p], driven[:, :, p : 2 * p],
+                motion[c, rows, :p], secant[:, :p].real, self.weights[rows, :p], self.weights[rows, p:],
+                self._base.E, joint, orders, around[:, :, :p, :p], driven[:, :, :p], around[:, :, p : 2 * p, :p],
+                driven[:, :, p : 2 * p],
             )  # fmt: skip
             balance = balance_openings(self.laws, openings, self._rig.slaps)
             added.stiffness[c, rows, :p] = balance.more

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twin.arrays import Array
 from twin.identify.limits import LIMITS
@@ -45,8 +46,8 @@ class Added:
         here[..., :p] += (self.growth @ (log_amplitudes(amplitude[..., :p]) - self.log_amplitude)[..., None])[..., 0]
         return here
 
-    def of_step(self, number: int) -> Added:
-        """One of several steps, each of which holds many."""
+    def of_steps(self, number: int | NDArray[np.intp]) -> Added:
+        """One of several steps, each of which may hold many; or some of them."""
         return Added(self.stiffness[number], self.growth[number], self.log_amplitude[number], self.squares[number])
 
     def of_ports(self, count: int) -> Added:
@@ -105,6 +106,22 @@ class Balance:
     """Norm of the relative disagreement that was left, (s,)."""
     ripples: Array | None = None
     """What the nonlinear forces slip into, see :class:`LocalForces`, (s, m, 3)."""
+
+    def of_steps(self, rows: NDArray[np.intp]) -> Balance:
+        """At some of the steps."""
+        ripples = None if self.ripples is None else self.ripples[rows]
+        return Balance(
+            self.motion[rows], self.stiffness[rows], self.added.of_steps(rows), self.unsettled[rows], ripples
+        )
+
+    def with_steps(self, rows: NDArray[np.intp], other: Balance) -> Balance:
+        """The same with others at some of the steps."""
+        found = self.of_steps(np.arange(len(self.unsettled)))
+        for own, moved in ((found, other), (found.added, other.added)):
+            for name, values in vars(moved).items():
+                if isinstance(values, np.ndarray):
+                    getattr(own, name)[rows] = values
+        return found
 
     @property
     def more(self) -> Array:

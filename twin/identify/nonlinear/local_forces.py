@@ -11,8 +11,10 @@ says how the ports follow any other change of the model; without it a sensitivit
 wrong by half of itself.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +45,10 @@ class Surroundings:
     """The same per force on each port, (s, n)."""
     amplitude: Array
     """Complex, that channel's measured reading, (s,)."""
+
+    def of_steps(self, rows: NDArray[np.intp]) -> Surroundings:
+        """At some of the steps."""
+        return Surroundings(*(values[rows] for values in vars(self).values()))
 
     def motion(self, stiffness: Array) -> Array:
         """Complex amplitudes (s, n) of the ports with `stiffness` (s, n) there."""
@@ -89,6 +95,11 @@ class LocalForces:
     ripples: Array | None = None
     """Displacement of each force's port by a force there at 3, 5 and 7 times the drive's frequency, m/N, with what the
     law does at each step; without the law's doing if not given, (s, m, 3)."""
+
+    def of_steps(self, rows: NDArray[np.intp]) -> LocalForces:
+        """At some of the steps."""
+        ripples = None if self.ripples is None else self.ripples[rows]
+        return replace(self, weights=self.weights[rows], ripples=ripples)
 
     @property
     def points(self) -> int:

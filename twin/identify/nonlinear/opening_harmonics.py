@@ -17,7 +17,7 @@ its slope, on that side only: even harmonics, and less stiffness for the fundame
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -53,7 +53,9 @@ class Openings:
     secant: Array
     """Stiffness that the law takes off each there, N/m (negative), (s, p)."""
     weight: Array
-    """A modulus times it is a stiffness, (s, p)."""
+    """A modulus times it is a stiffness, (s, p);"""
+    slip_weight: Array
+    """the same of the slips, (s, p)."""
     modulus: Array
     """E' of the joints, N/m2, (j,)."""
     joint: NDArray[np.int64]
@@ -68,6 +70,13 @@ class Openings:
     """Receptances from forces on the openings to the slips, (s, h, p, p)."""
     slips_driven: Array
     """The slips' motion by the drive's own harmonics, m, (s, h, p)."""
+
+    def of_steps(self, rows: NDArray[np.intp]) -> Openings:
+        """At some of the steps."""
+        names = (
+            "fundamental", "secant", "weight", "slip_weight", "compliance", "driven", "to_slips", "slips_driven"
+        )  # fmt: skip
+        return replace(self, **{name: getattr(self, name)[rows] for name in names})
 
     def slips(self, balance: OpeningBalance) -> Array:
         """Harmonics (s, h, p) of the slips that go with the openings', m."""
