@@ -123,7 +123,7 @@ class ForwardModel(LinearForwardModel):
         harmonics = np.zeros((len(omega), len(self.orders), p), complex)
         before: tuple[Added, Array] | None = None
         rows = np.arange(len(omega))
-        free = {h: self._free_at_harmonic(h, baseline) for h in self.orders}
+        free = {h: self.free_at_harmonic(h, baseline) for h in self.orders}
         for turn in range(HARMONIC_TURNS):
             # The second time at least, with the loss that the slips' harmonics leave.
             if turn < 2 or changed > LOSS_SETTLED * largest:
@@ -232,7 +232,7 @@ class ForwardModel(LinearForwardModel):
         secant[:, :p] -= balance.more[:, :p]
         return secant
 
-    def _free_at_harmonic(self, h: int, baseline: BaselineParameters, *, inner: bool = False) -> Free:
+    def free_at_harmonic(self, h: int, baseline: BaselineParameters, *, inner: bool = False) -> Free:
         """Receptances at a multiple of the drive frequency without the joint's law, and omega."""
         time = self.step_times
         omega = h * self.step_omega(baseline).real
@@ -249,7 +249,7 @@ class ForwardModel(LinearForwardModel):
         and shaker, where it is known.
         """
         steps = self.evidence.steps
-        R, omega = free or self._free_at_harmonic(h, baseline, inner=inner)
+        R, omega = free or self.free_at_harmonic(h, baseline, inner=inner)
         secant = self._secant(balance)
         R = update_receptance(R, self.moving[: 2 * len(self.points)], at_harmonic(secant, h))
         force = np.zeros(len(steps), complex)
@@ -261,6 +261,15 @@ class ForwardModel(LinearForwardModel):
                 shaker = np.where(known, 0.0, self._held_by_shaker(h, R, omega, softening))
                 R = update_receptance(R, np.array([self.model.ports.drive]), shaker[:, None])
         return R, force * (h % 2), omega
+
+    def read_of_openings(self, around: Sequence[AtHarmonic]) -> Array:
+        """What the response channels read (s, h, o, p) per force on the openings, from :meth:`at_harmonic`."""
+        at, outputs = self.moving[: len(self.points)], self.model.ports.outputs
+        read = [
+            (self.model.to_quantity(omega) * self.channel_factors(omega)[0])[:, :, None] * R[:, outputs][:, :, at]
+            for R, _, omega in around
+        ]
+        return np.stack(read, axis=1)
 
     def _held_by_shaker(self, h: int, R: Array, omega: Array, softening: Array) -> Array:
         """Dynamic stiffness (s,) that the shaker opposes to a harmonic of the motion, N/m.

@@ -3,6 +3,7 @@
 import numpy as np
 
 from twin.arrays import Array
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import LinearModel, LinearParameters
 from twin.identify.linear.structural_modification import attach
@@ -159,6 +160,20 @@ class LinearForwardModel:
         if self.modification.base_receptance == 0.0:
             return into
         return into + self.modification.base_receptance * omega[:, None] ** 2 * R[:, :, p.extra.stop - 1]
+
+    def base_change(
+        self, model: LinearModel, R: Array, omega: Array, baseline: BaselineParameters, time_s: Array, ports: Array,
+        into: Array,
+    ) -> Array:  # fmt: skip
+        """D displacement / d base parameters (f, q, b): the extension's factors on the moduli are factors on theirs."""
+        change = model.displacement_sensitivity(R, omega, baseline.base, ports, into)
+        more_E, more_G = self.moduli_factors
+        left = self.normal_left(time_s)
+        blocks = baseline.base.blocks(baseline.base.joints)
+        for names, factor in ((("log_E", "loss_E"), more_E * left), (("log_G", "loss_G"), more_G * np.ones_like(left))):
+            for name in names:
+                change[:, :, blocks[name]] *= factor[:, None, :]
+        return change
 
 
 def _changed_model(evidence: MeasuredData, modification: ModelModification) -> tuple[LinearModel, Array]:

@@ -49,3 +49,18 @@ def running_loss(laws: Sequence[LayerLaw], joint: NDArray[np.int64], amplitude: 
         own = joint == number
         found[:, own] = running_loss_basis(law, amplitude[:, own], squares[:, own])[0] @ law.loss
     return found
+
+
+def running_loss_by_squares(
+    laws: Sequence[LayerLaw], joint: NDArray[np.int64], amplitude: Array, squares: Array
+) -> Array:
+    """Derivatives (s, p, 2) of :func:`running_loss` by the squares that harmonics add, N/m4."""
+    size, fall, _ = _running(amplitude, squares)
+    found = np.empty((*amplitude.shape, 2))
+    for number, law in enumerate(laws):
+        own = joint == number
+        basis, by_size = law.loss_with_slope(size[:, own])
+        value, slope = basis @ law.loss, by_size @ law.loss
+        found[:, own, 0] = (value + slope) * fall[:, own] / (2 * size[:, own] ** 2)
+        found[:, own, 1] = -value * fall[:, own] ** 3 / (2 * size[:, own] ** 2)
+    return found

@@ -41,7 +41,7 @@ class Linearisation:
     baseline: BaselineParameters
     """That the balance was found with."""
     by_unknowns: Array | None
-    """Derivative by each unknown of what the harmonics add to the openings' stiffness, (s, p, u)."""
+    """Derivative by each unknown of what the harmonics add at the points, (s, 2 p, u)."""
     made_of: ErrorSources | None = None
     """What the covariances came from; none where they were given."""
     by_causes: Array | None = None

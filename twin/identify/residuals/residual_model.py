@@ -7,7 +7,6 @@ on the logarithm of the response as there (equation 16), but of its complex valu
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 
@@ -16,19 +15,19 @@ import numpy as np
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward.broadband_response import felt_receptance, log_response_by_shown
-from twin.identify.forward.forward_model import AtHarmonic, ForwardModel
+from twin.identify.forward.forward_model import ForwardModel
 from twin.identify.frequency_shifts import SHIFT, own_shifts, shifted_sweeps, swept_modes
-from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import base_prior
-from twin.identify.linear.linear_model import LinearModel, nominal_parameters
+from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.nonlinear.balance import Balance
 from twin.identify.nonlinear.joint_law import curve_precision
 from twin.identify.nonlinear.local_forces import Influence
-from twin.identify.nonlinear.opening_harmonics import balance_openings, stiffness_sensitivity
+from twin.identify.nonlinear.opening_harmonics import balance_openings
 from twin.identify.residuals.error_model import SOUND, Covariances, ErrorModel
-from twin.identify.residuals.linearisation import Linearisation, LostContact, with_more
+from twin.identify.residuals.harmonics_by_unknowns import harmonics_by_unknowns
+from twin.identify.residuals.linearisation import Linearisation, with_more
 from twin.identify.residuals.prediction import Columns, Prediction
 from twin.identify.residuals.whitening import HarmonicResiduals, Whitening, real_ones
 from twin.identify.spectra.broadband import BinnedResponse
@@ -159,7 +158,7 @@ class ResidualModel(ForwardModel):
         """D log response / d base parameters (b, o, u)."""
         p, into, time = self.model.ports, self.driven(R, omega), self.run_times(data, omega)
         baseline = replace(baseline, base=self.base_in(data, baseline))
-        change = self._base_change(self.model, R, omega, baseline, time, np.arange(R.shape[1])[p.outputs], into)
+        change = self.base_change(self.model, R, omega, baseline, time, np.arange(R.shape[1])[p.outputs], into)
         return np.asarray(self.measured_change(change, omega) / self.responses(R, omega)[:, :, None])
 
     def _steps(
@@ -223,56 +222,8 @@ class ResidualModel(ForwardModel):
         if state is None:
             return Linearisation(*white, None, None, baseline, None, made_of)
         found, harmonics = state[2], made_of.of_harmonics(errors.harmonics)
-        by_unknowns, lost = self._harmonics_by_unknowns(baseline, found) if sensitivities else (None, None)
+        by_unknowns, lost = harmonics_by_unknowns(self, baseline, found) if sensitivities else (None, None)
         return Linearisation(*white, found, lost, baseline, by_unknowns, made_of, harmonics=harmonics)
-
-    def _harmonics_by_unknowns(
-        self, baseline: BaselineParameters, found: Balance
-    ) -> tuple[Array | None, LostContact | None]:
-        """Derivatives (s, p, u) of the stiffness that the openings' harmonics add; and these where contact is lost.
-
-        A harmonic may meet a resonance, whose frequency and damping are unknown, too.
-        """
-        p, drive = len(self.points), self.model.ports.drive
-        opening, slip = self.moving[:p], self.moving[p : 2 * p]
-        around = [self.at_harmonic(h, baseline, found, inner=True) for h in self.orders]
-        openings = self.openings(baseline, found, around)
-        harmonics = balance_openings(baseline.laws, openings, self.slaps)
-        lossier = [loss for _, loss in self.local.by_law(baseline.laws, np.abs(found.motion), found.added.squares)]
-        moved = np.zeros((*harmonics.motion.shape, len(baseline.blocks)), complex)
-        own_forces = self.forced_harmonics(baseline, found, openings.orders)
-        for order, (h, (R, force, omega)) in enumerate(zip(openings.orders, around, strict=True)):
-            by_force = np.einsum("spq,sq->sp", R[:, :, opening], harmonics.force[:, order])
-            by_force += np.einsum("spq,sq->sp", R[:, :, self.nonlinear_ports], own_forces[order])
-            into = R[:, :, drive] * force[:, None] - by_force
-            change = self._base_change(self.step_model, R, omega, baseline, self.step_times, opening, into)
-            moved[:, order, :, : change.shape[2]] = change
-            for joint, by_loss in enumerate(lossier):
-                own = slip[self.local.of_joint(joint)]
-                by_slip = -R[:, opening[:, None], own] * into[:, None, own]
-                moved[:, order, :, baseline.loss(joint)] = by_slip @ (h * by_loss)
-        by_softening, by_unknowns = stiffness_sensitivity(
-            baseline.laws, openings, harmonics.motion, moved, slaps=self.slaps
-        )
-        for joint, by in enumerate(by_softening):
-            by_unknowns[:, :, baseline.softening(joint)] = by
-            if self.modification.opening:  # lost contact takes off E' itself
-                change = LIMITS.local_difference * (np.arange(len(openings.modulus)) == joint)
-                stiffer = replace(openings, modulus=openings.modulus * (1 + change))
-                more = balance_openings(baseline.laws, stiffer, self.slaps, start=harmonics.motion).more
-                by_E = (more - harmonics.more) / LIMITS.local_difference
-                by_unknowns[:, :, baseline.blocks["log_E"].start + joint] += by_E
-        lost = LostContact(openings, harmonics, self.read_of_openings(around)) if self.modification.opening else None
-        return by_unknowns, lost
-
-    def read_of_openings(self, around: Sequence[AtHarmonic]) -> Array:
-        """What the response channels read (s, h, o, p) per force on the openings, from :meth:`at_harmonic`."""
-        at, outputs = self.moving[: len(self.points)], self.model.ports.outputs
-        read = [
-            (self.model.to_quantity(omega) * self.channel_factors(omega)[0])[:, :, None] * R[:, outputs][:, :, at]
-            for R, _, omega in around
-        ]
-        return np.stack(read, axis=1)
 
     def port_motion(self, R: Array, omega: Array) -> tuple[Array, Influence]:
         """Complex amplitudes (s, n) at the moving ports, m, and how stiffness there changes things.
@@ -342,27 +293,13 @@ class ResidualModel(ForwardModel):
         at = self.harmonics.field @ rows.T
         return -np.asarray(np.einsum("shop,sphu->shou", at, forces[:, :, self.harmonics.orders - 1]))
 
-    def _base_change(
-        self, model: LinearModel, R: Array, omega: Array, baseline: BaselineParameters, time_s: Array, ports: Array,
-        into: Array,
-    ) -> Array:  # fmt: skip
-        """D displacement / d base parameters (f, q, b): the extension's factors on the moduli are factors on theirs."""
-        change = model.displacement_sensitivity(R, omega, baseline.base, ports, into)
-        more_E, more_G = self.moduli_factors
-        left = self.normal_left(time_s)
-        blocks = baseline.base.blocks(baseline.base.joints)
-        for names, factor in ((("log_E", "loss_E"), more_E * left), (("log_G", "loss_G"), more_G * np.ones_like(left))):
-            for name in names:
-                change[:, :, blocks[name]] *= factor[:, None, :]
-        return change
-
     def _step_changes(
         self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance, held: Linearisation | None = None
     ) -> tuple[Array, Array]:
         """D log / d unknowns of the measured responses (s, o, u), and of the motion at the moving ports (s, n, u)."""
         p, into, moving = self.model.ports, self.driven(R, omega), self.moving
         ports = np.concatenate([np.arange(R.shape[1])[p.outputs], moving])
-        change = self._base_change(self.step_model, R, omega, baseline, self.step_times, ports, into)
+        change = self.base_change(self.step_model, R, omega, baseline, self.step_times, ports, into)
         change = np.pad(change, [(0, 0), (0, 0), (0, len(baseline.blocks) - change.shape[2])])
         outputs = len(self.evidence.channels)
         response = self.log_response_change(change[:, :outputs], R, omega)
@@ -372,8 +309,8 @@ class ResidualModel(ForwardModel):
         by_harmonics = held.derivative(baseline) if held is not None else None
         if by_harmonics is not None:
             # A law's harmonics are felt at every joint's points.
-            response += influence.response[:, :, :points] @ by_harmonics
-            moved += influence.motion[:, :, :points] @ by_harmonics
+            response += influence.response[:, :, : 2 * points] @ by_harmonics
+            moved += influence.motion[:, :, : 2 * points] @ by_harmonics
         for joint, (softer, lossier) in enumerate(self.local.by_law(baseline.laws, amplitude, balance.added.squares)):
             own = self.local.of_joint(joint)
             for which, columns, k in (
