@@ -160,7 +160,7 @@ def growth_of_more(
     tau = _spectra(openings, layer, balance.motion, of_tangent=True)
     # The force's harmonics by the logarithms of the fundamentals, from orders 1 - h and 1 + h of the tangent.
     waves = np.stack([_of_wave(a, tau, h) * (1.0 if h == 0 else 2.0) for h in openings.orders], axis=1)
-    grown = _followed(openings, layer, tau, -openings.compliance * waves[:, :, None, :])
+    grown, _ = _followed(openings, layer, tau, -openings.compliance * waves[:, :, None, :])
     alone = _alone(openings, layer, of_tangent=True)
     grown[:, points, points] += 2.0 * (_of_wave(a, tau, 1) - _of_wave(a, alone, 1))
     grown /= _where_moving(a)[:, :, None]
@@ -210,10 +210,42 @@ def stiffness_sensitivity(
         by_law = _taken_off(opening[:, own], lost[:, own], onto, *held)
         alone_too = _taken_off(alone[:, own], 0 * alone[:, own], onto[-1:], *held)
         change = -np.einsum("shqp,sphn->shqn", openings.compliance[..., own], by_law[:, :, :-1], optimize=True)
-        force = _followed(openings, layer, tau, change)
+        force, _ = _followed(openings, layer, tau, change)
         force[:, own] += by_law[:, :, -1] - alone_too[:, :, 0]
         out.append(force / at_rest)
-    return out, _followed(openings, layer, tau, moved) / at_rest
+    return out, _followed(openings, layer, tau, moved)[0] / at_rest
+
+
+def slips_sensitivity(
+    laws: Sequence[LayerLaw], openings: Openings, motion: Array, moved: Array, slips: Array, *,
+    slaps: Sequence[Opening | None] = (),
+) -> Array:  # fmt: skip
+    """Changes (s, h, p, u) of the slips' harmonics, once those of the openings have followed.
+
+    Parameters
+    ----------
+    motion, moved
+        As in :func:`stiffness_sensitivity`.
+    slips : ndarray, (s, h, p, u)
+        These changes at forces that are held.
+    """
+    if not laws:
+        return slips
+    layer = _layer(laws, openings, slaps)
+    tau = _spectra(openings, layer, motion, of_tangent=True)
+    _, followed = _followed(openings, layer, tau, moved)
+
+    def wave(order: int) -> Array:
+        return (tau[:, :, order] if order >= 0 else tau[:, :, -order].conj())[..., None]
+
+    force = np.zeros_like(followed)
+    for number, h in enumerate(openings.orders):
+        for k, x in zip(openings.orders, followed.swapaxes(0, 1), strict=True):
+            # As in the balance's Jacobian: a static part is its mean, and has one half alone.
+            force[:, number] += wave(h - k) * x * (2.0 if k == 0 else 1.0) * (0.5 if h == 0 else 1.0)
+            if k:
+                force[:, number] += wave(h + k) * x.conj() * (0.5 if h == 0 else 1.0)
+    return np.asarray(slips - openings.to_slips @ force)
 
 
 def _around(openings: Openings, rows: NDArray[np.int64] | slice = slice(None)) -> Around:
@@ -250,12 +282,12 @@ def _alone(openings: Openings, layer: Layer, *, of_tangent: bool) -> Array:
     return _spectra(openings, alone, none, of_tangent=of_tangent)
 
 
-def _followed(openings: Openings, layer: Layer, tau: Array, change: Array) -> Array:
-    """Fundamentals (s, p, u) of the force, once the harmonics have followed their change (s, h, p, u)."""
-    force = np.empty((*openings.fundamental.shape, change.shape[-1]), complex)
-    compliance, change = _one_layout(openings.compliance, change)
-    follow(compliance, tau, layer.orders, change, force)
-    return force
+def _followed(openings: Openings, layer: Layer, tau: Array, change: Array) -> tuple[Array, Array]:
+    """Fundamentals (s, p, u) of the force once the harmonics have followed their change (s, h, p, u); these then."""
+    force, followed = np.empty((*openings.fundamental.shape, change.shape[-1]), complex), np.array(change, order="C")
+    (compliance,) = _one_layout(openings.compliance)
+    follow(compliance, tau, layer.orders, followed, force)
+    return force, followed
 
 
 def _of_wave(a: Array, tau: Array, h: int) -> Array:

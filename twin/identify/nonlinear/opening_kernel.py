@@ -247,7 +247,7 @@ def spectra(around: Around, layer: Layer, X: Array, of_tangent: bool, out: Array
 
 @COMPILED
 def follow(compliance: Array, tau: Array, orders: Array, change: Array, out: Array) -> None:
-    """Fill in the force's fundamentals once the harmonics in balance have followed what changes.
+    """Lead harmonics in balance to where they follow what changes, and fill in the force's fundamentals there.
 
     The implicit function theorem on what :func:`balance` found.
 
@@ -256,7 +256,7 @@ def follow(compliance: Array, tau: Array, orders: Array, change: Array, out: Arr
     compliance, tau : ndarray, (s, h, p, p) and (s, p, n)
         What is around the openings; the tangent's harmonics from :func:`spectra`.
     change : ndarray, (s, h, p, u)
-        Of the harmonics, at forces that are held.
+        Of the harmonics, at forces that are held; afterwards with these.
     out : ndarray, (s, p, u)
     """
     steps, H, p, columns = change.shape
@@ -279,9 +279,11 @@ def follow(compliance: Array, tau: Array, orders: Array, change: Array, out: Arr
                     k, order = h * p + i, orders[h]
                     # Twice the Fourier coefficient one of the tangent times a wave Re(x exp(i order theta)).
                     if k < still:
+                        change[s, h, i, j] = right[k, j]
                         total += 2.0 * right[k, j] * tau[s, i, 1]
                         continue
                     x = complex(right[k, j], right[n + k - still, j])
+                    change[s, h, i, j] = x
                     total += x * tau[s, i, order - 1].conjugate() + x.conjugate() * tau[s, i, 1 + order]
                 out[s, i, j] = total
 

@@ -10,13 +10,14 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.forward.forward_model import ForwardModel, Free
+from twin.identify.forward.forward_model import ForwardModel
 from twin.identify.limits import LIMITS
 from twin.identify.nonlinear.balance import Balance
 from twin.identify.nonlinear.opening_harmonics import (
     OpeningBalance,
     Openings,
     balance_openings,
+    slips_sensitivity,
     stiffness_sensitivity,
 )
 from twin.identify.nonlinear.running_amplitude import running_loss_by_squares, squares_of
@@ -29,12 +30,11 @@ def harmonics_by_unknowns(
     """Derivatives (s, 2 p, u) of the stiffness that harmonics add at the points; the openings where contact is lost."""
     p, drive = len(model.points), model.model.ports.drive
     opening, slip = model.moving[:p], model.moving[p : 2 * p]
-    free = [model.free_at_harmonic(h, baseline, inner=True) for h in model.orders]
-    around = [model.at_harmonic(h, baseline, found, free=each) for h, each in zip(model.orders, free, strict=True)]
+    around = [model.at_harmonic(h, baseline, found, inner=True) for h in model.orders]
     openings = model.openings(baseline, found, around)
     harmonics = balance_openings(baseline.laws, openings, model.slaps)
-    slips_by_loss, lossier = _slips_by_loss(model, baseline, found, (openings, harmonics), free)
     moved = np.zeros((*harmonics.motion.shape, len(baseline.blocks)), complex)
+    by_slip = np.empty((*harmonics.motion.shape[:2], 2 * p, p), complex)
     own_forces = model.forced_harmonics(baseline, found, openings.orders)
     for order, (h, (R, force, omega)) in enumerate(zip(openings.orders, around, strict=True)):
         by_force = np.einsum("spq,sq->sp", R[:, :, opening], harmonics.force[:, order])
@@ -42,9 +42,10 @@ def harmonics_by_unknowns(
         into = R[:, :, drive] * force[:, None] - by_force
         change = model.base_change(model.step_model, R, omega, baseline, model.step_times, opening, into)
         moved[:, order, :, : change.shape[2]] = change
-        by_slip = -R[:, opening[:, None], slip] * into[:, None, slip]
-        for joint, by_loss in enumerate(lossier):
-            moved[:, order, :, baseline.loss(joint)] = by_slip @ (1j * h * by_loss)
+        by_slip[:, order] = -1j * h * R[:, model.moving[: 2 * p, None], slip] * into[:, None, slip]
+    slips_by_loss, lossier = _slips_by_loss(model, baseline, found, (openings, harmonics), by_slip)
+    for joint, by_loss in enumerate(lossier):
+        moved[..., baseline.loss(joint)] = by_slip[:, :, :p] @ by_loss[:, None]
     by_softening, of_openings = stiffness_sensitivity(
         baseline.laws, openings, harmonics.motion, moved, slaps=model.slaps
     )
@@ -65,32 +66,29 @@ def harmonics_by_unknowns(
 
 def _slips_by_loss(
     model: ForwardModel, baseline: BaselineParameters, found: Balance, at: tuple[Openings, OpeningBalance],
-    free: list[Free],
+    by_slip: Array,
 ) -> tuple[list[Array], list[Array]]:  # fmt: skip
     """Change (s, p, m) of what harmonics add to the slips' loss, N/m, and of all their loss, by each joint's loss.
 
-    More loss leaves less of a harmonic, and that moves the running amplitude which the loss goes by.  The harmonics
-    follow the loss at each slip by differences, whichever knots of the law it comes from.
+    More loss leaves less of a harmonic, and that moves the running amplitude which the loss goes by.
+
+    Parameters
+    ----------
+    by_slip : ndarray, (s, h, 2 p, p)
+        Changes of openings' and slips' harmonics by the loss at each slip, N/m, at forces that are held.
     """
-    p, (openings, harmonics), points = len(model.points), at, slice(0, len(model.step_model.ports.outer))
-    slips, squares = np.abs(found.motion[:, p : 2 * p]), squares_of(openings.slips(harmonics), openings.orders)
-    outer = [(R[:, points, points], omega) for R, omega in free]
-    by_loss = np.empty((*squares.shape, p))
-    for number, port in enumerate(model.moving[p : 2 * p]):
-        # Over what holds the port in its first harmonic.
-        change = LIMITS.harmonics_step / np.maximum(np.abs(outer[-1][0][:, port, port]), 1e-300)
-        stiffness = found.stiffness.copy()
-        stiffness[:, p + number] += 1j * change
-        lossier = replace(found, stiffness=stiffness)
-        around = [model.at_harmonic(h, baseline, lossier, free=R) for h, R in zip(model.orders, outer, strict=True)]
-        beside = model.openings(baseline, lossier, around)
-        balance = balance_openings(baseline.laws, beside, model.slaps, start=harmonics.motion)
-        moved = squares_of(beside.slips(balance), beside.orders) - squares
-        by_loss[..., number] = moved / change[:, None, None]
-    by_squares = running_loss_by_squares(baseline.laws, model.points.joint, slips, squares)
-    fed_back = openings.slip_weight[:, :, None] * np.einsum("spq,spqr->spr", by_squares, by_loss)
+    p, (openings, harmonics), laws = len(model.points), at, baseline.laws
+    by_loss = slips_sensitivity(
+        laws, openings, harmonics.motion, by_slip[:, :, :p], by_slip[:, :, p:], slaps=model.slaps
+    )
+    order, slips = np.array(openings.orders, float), openings.slips(harmonics)
+    squares = 2 * (slips.conj()[..., None] * by_loss).real
+    weight = np.stack([np.where(order == 0, 2.0, 1.0), order**2])
+    amplitude = np.abs(found.motion[:, p : 2 * p])
+    by_squares = running_loss_by_squares(laws, model.points.joint, amplitude, squares_of(slips, openings.orders))
+    fed_back = openings.slip_weight[:, :, None] * np.einsum("spq,qh,shpr->spr", by_squares, weight, squares)
     added, whole = [], []
-    for joint, (_, own) in enumerate(model.local.by_law(baseline.laws, np.abs(found.motion), found.added.squares)):
+    for joint, (_, own) in enumerate(model.local.by_law(laws, np.abs(found.motion), found.added.squares)):
         direct = np.zeros((len(slips), p, own.shape[2]))
         direct[:, model.local.of_joint(joint)] = own.imag
         whole.append(np.linalg.solve(np.eye(p) - fed_back, direct))
