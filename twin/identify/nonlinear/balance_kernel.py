@@ -118,7 +118,7 @@ def settle(
 
     With turns, `assumed` is moved to where nothing is missed, or the least.  No amplitude moves by more than `longest`
     times its own size.  A step is taken whether it helps or not: over the bends of a rough law searches that come down
-    alone end in dead ends (in eight fits with such laws 1 step in 30, of those that are taken all in 100 turns none).
+    alone end in dead ends (163 of 1242 steps of eight fits with such laws, where 3 are left of those taken anyhow).
 
     Parameters
     ----------

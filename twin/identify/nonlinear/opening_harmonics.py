@@ -160,7 +160,7 @@ def growth_of_more(
     tau = _spectra(openings, layer, balance.motion, of_tangent=True)
     # The force's harmonics by the logarithms of the fundamentals, from orders 1 - h and 1 + h of the tangent.
     waves = np.stack([_of_wave(a, tau, h) * (1.0 if h == 0 else 2.0) for h in openings.orders], axis=1)
-    grown, _ = _followed(openings, layer, tau, -openings.compliance * waves[:, :, None, :])
+    grown = _followed(openings, layer, tau, -openings.compliance * waves[:, :, None, :])[:, 0].copy()
     alone = _alone(openings, layer, of_tangent=True)
     grown[:, points, points] += 2.0 * (_of_wave(a, tau, 1) - _of_wave(a, alone, 1))
     grown /= _where_moving(a)[:, :, None]
@@ -168,10 +168,10 @@ def growth_of_more(
     return grown
 
 
-def stiffness_sensitivity(
+def sensitivity(
     laws: Sequence[LayerLaw], openings: Openings, motion: Array, moved: Array, *, slaps: Sequence[Opening | None] = ()
-) -> tuple[list[Array], Array]:
-    """Derivatives of the stiffness that harmonics add to the fundamental's.
+) -> tuple[list[tuple[Array, Array]], tuple[Array, Array]]:
+    """Derivatives of the stiffness that harmonics add to the fundamental's, and of the slips' harmonics.
 
     The fundamentals are held, and the harmonics follow: the implicit function theorem on the balance of
     :func:`balance_openings`.
@@ -180,19 +180,21 @@ def stiffness_sensitivity(
     ----------
     motion : ndarray, (s, h, p)
         Harmonics in balance.
-    moved : ndarray, (s, h, p, u)
-        Their change with parameters of what is around the openings, at forces that are held.
+    moved : ndarray, (s, h, 2 p, u)
+        Change of the openings' harmonics, and of the slips' behind them, with parameters of what is around the
+        openings, at forces that are held.
 
     Returns
     -------
-    list of ndarray, (s, p, n)
+    list of tuple of ndarray, (s, p, n) and (s, h, p, n)
         Per joint, by its law's softening at the knots; that moves the harmonics at the other joints' points as well.
-    ndarray, (s, p, u)
+    tuple of ndarray, (s, p, u) and (s, h, p, u)
         By these parameters.
     """
     a, orders = openings.fundamental, np.array(openings.orders)
+    of_openings, of_slips = np.split(moved, 2, axis=2)
     if not laws:
-        return [], np.zeros((*a.shape, moved.shape[3]), complex)
+        return [], (np.zeros((*a.shape, moved.shape[3]), complex), of_slips)
     layer = _layer(laws, openings, slaps)
     tau = _spectra(openings, layer, motion, of_tangent=True)
     waves = np.exp(1j * np.outer(_theta(), np.append(orders, 1)))
@@ -209,43 +211,13 @@ def stiffness_sensitivity(
         held = _abel(law.opening_knots.tobytes(), law.run_out), gap[own], openings.weight[:, own]
         by_law = _taken_off(opening[:, own], lost[:, own], onto, *held)
         alone_too = _taken_off(alone[:, own], 0 * alone[:, own], onto[-1:], *held)
-        change = -np.einsum("shqp,sphn->shqn", openings.compliance[..., own], by_law[:, :, :-1], optimize=True)
-        force, _ = _followed(openings, layer, tau, change)
-        force[:, own] += by_law[:, :, -1] - alone_too[:, :, 0]
-        out.append(force / at_rest)
-    return out, _followed(openings, layer, tau, moved)[0] / at_rest
-
-
-def slips_sensitivity(
-    laws: Sequence[LayerLaw], openings: Openings, motion: Array, moved: Array, slips: Array, *,
-    slaps: Sequence[Opening | None] = (),
-) -> Array:  # fmt: skip
-    """Changes (s, h, p, u) of the slips' harmonics, once those of the openings have followed.
-
-    Parameters
-    ----------
-    motion, moved
-        As in :func:`stiffness_sensitivity`.
-    slips : ndarray, (s, h, p, u)
-        These changes at forces that are held.
-    """
-    if not laws:
-        return slips
-    layer = _layer(laws, openings, slaps)
-    tau = _spectra(openings, layer, motion, of_tangent=True)
-    _, followed = _followed(openings, layer, tau, moved)
-
-    def wave(order: int) -> Array:
-        return (tau[:, :, order] if order >= 0 else tau[:, :, -order].conj())[..., None]
-
-    force = np.zeros_like(followed)
-    for number, h in enumerate(openings.orders):
-        for k, x in zip(openings.orders, followed.swapaxes(0, 1), strict=True):
-            # As in the balance's Jacobian: a static part is its mean, and has one half alone.
-            force[:, number] += wave(h - k) * x * (2.0 if k == 0 else 1.0) * (0.5 if h == 0 else 1.0)
-            if k:
-                force[:, number] += wave(h + k) * x.conj() * (0.5 if h == 0 else 1.0)
-    return np.asarray(slips - openings.to_slips @ force)
+        harmonics = by_law[:, :, :-1].swapaxes(1, 2)
+        force = _followed(openings, layer, tau, -openings.compliance[..., own] @ harmonics)
+        force[:, 0, own] += by_law[:, :, -1] - alone_too[:, :, 0]
+        force[:, 1:, own] += harmonics
+        out.append((force[:, 0] / at_rest, -openings.to_slips @ force[:, 1:]))
+    force = _followed(openings, layer, tau, of_openings)
+    return out, (force[:, 0] / at_rest, of_slips - openings.to_slips @ force[:, 1:])
 
 
 def _around(openings: Openings, rows: NDArray[np.int64] | slice = slice(None)) -> Around:
@@ -282,12 +254,13 @@ def _alone(openings: Openings, layer: Layer, *, of_tangent: bool) -> Array:
     return _spectra(openings, alone, none, of_tangent=of_tangent)
 
 
-def _followed(openings: Openings, layer: Layer, tau: Array, change: Array) -> tuple[Array, Array]:
-    """Fundamentals (s, p, u) of the force once the harmonics have followed their change (s, h, p, u); these then."""
-    force, followed = np.empty((*openings.fundamental.shape, change.shape[-1]), complex), np.array(change, order="C")
-    (compliance,) = _one_layout(openings.compliance)
-    follow(compliance, tau, layer.orders, followed, force)
-    return force, followed
+def _followed(openings: Openings, layer: Layer, tau: Array, change: Array) -> Array:
+    """Fundamentals and harmonics (s, 1 + h, p, u) of the force once the harmonics have followed their change."""
+    steps, h, p, columns = change.shape
+    force = np.empty((steps, 1 + h, p, columns), complex)
+    compliance, change = _one_layout(openings.compliance, change)
+    follow(compliance, tau, layer.orders, change, force)
+    return force
 
 
 def _of_wave(a: Array, tau: Array, h: int) -> Array:

@@ -247,7 +247,7 @@ def spectra(around: Around, layer: Layer, X: Array, of_tangent: bool, out: Array
 
 @COMPILED
 def follow(compliance: Array, tau: Array, orders: Array, change: Array, out: Array) -> None:
-    """Lead harmonics in balance to where they follow what changes, and fill in the force's fundamentals there.
+    """Fill in the force's fundamentals and harmonics once the harmonics in balance have followed what changes.
 
     The implicit function theorem on what :func:`balance` found.
 
@@ -256,8 +256,9 @@ def follow(compliance: Array, tau: Array, orders: Array, change: Array, out: Arr
     compliance, tau : ndarray, (s, h, p, p) and (s, p, n)
         What is around the openings; the tangent's harmonics from :func:`spectra`.
     change : ndarray, (s, h, p, u)
-        Of the harmonics, at forces that are held; afterwards with these.
-    out : ndarray, (s, p, u)
+        Of the harmonics, at forces that are held.
+    out : ndarray, (s, 1 + h, p, u)
+        The fundamentals first.
     """
     steps, H, p, columns = change.shape
     n, still = H * p, p if orders[0] == 0 else 0
@@ -272,20 +273,23 @@ def follow(compliance: Array, tau: Array, orders: Array, change: Array, out: Arr
                         right[n + row - still, j] = change[s, h, i, j].imag
         _jacobian(compliance[s], tau[s], orders, J)
         eliminate_columns(J, right)
-        for i in range(p):
-            for j in range(columns):
-                total = 0j
+        for row in range(1 + H):
+            order = 1 if row == 0 else orders[row - 1]
+            half = 0.5 if order == 0 else 1.0
+            for i in range(p):
+                for j in range(columns):
+                    out[s, row, i, j] = 0j
                 for h in range(H):
-                    k, order = h * p + i, orders[h]
-                    # Twice the Fourier coefficient one of the tangent times a wave Re(x exp(i order theta)).
-                    if k < still:
-                        change[s, h, i, j] = right[k, j]
-                        total += 2.0 * right[k, j] * tau[s, i, 1]
-                        continue
-                    x = complex(right[k, j], right[n + k - still, j])
-                    change[s, h, i, j] = x
-                    total += x * tau[s, i, order - 1].conjugate() + x.conjugate() * tau[s, i, 1 + order]
-                out[s, i, j] = total
+                    k, below = h * p + i, order - orders[h]
+                    # The Fourier coefficient of the tangent times a wave Re(x exp(i order theta)), twice.
+                    A = half * (tau[s, i, below] if below >= 0 else tau[s, i, -below].conjugate())
+                    B = half * tau[s, i, order + orders[h]]
+                    for j in range(columns):
+                        if k < still:
+                            out[s, row, i, j] += 2.0 * A * right[k, j]
+                        else:
+                            x = complex(right[k, j], right[n + k - still, j])
+                            out[s, row, i, j] += A * x + B * x.conjugate()
 
 
 @COMPILED

@@ -15,7 +15,7 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification, NonlinearForce
 from twin.identify.nonlinear.balance import Balance
 from twin.identify.nonlinear.local_forces import turned
-from twin.identify.nonlinear.opening_harmonics import balance_openings, stiffness_sensitivity
+from twin.identify.nonlinear.opening_harmonics import balance_openings, sensitivity
 from twin.identify.residuals.linearisation import Linearisation
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals, real_ones
@@ -219,7 +219,7 @@ class PortModel(ResidualModel):
         around = [self.at_harmonic(h, baseline, balance) for h in self.orders]
         openings = self.openings(baseline, balance, around)
         harmonics = balance_openings(baseline.laws, openings, self.slaps)
-        moved = np.zeros((*harmonics.motion.shape, len(each)), complex)
+        moved = np.zeros((*harmonics.motion.shape[:2], 2 * points, len(each)), complex)
         of_forces = self.forced_harmonics(baseline, balance, self.orders)
         for number, (h, (R, force, omega)) in enumerate(zip(self.orders, around, strict=True)):
             to_ports = R[:, self.at]
@@ -227,8 +227,8 @@ class PortModel(ResidualModel):
             motion -= np.einsum("spq,sq->sp", to_ports[:, :, opening], harmonics.force[:, number])
             motion -= np.einsum("spq,sq->sp", to_ports[:, :, self.nonlinear_ports], of_forces[number])
             forces = _attached(each, omega, motion) + (own[h - 1] if h else 0.0)
-            moved[:, number] = -R[:, opening][:, :, self.at] @ forces
-        return stiffness_sensitivity(baseline.laws, openings, harmonics.motion, moved, slaps=self.slaps)[1]
+            moved[:, number] = -R[:, self.moving[: 2 * points, None], self.at] @ forces
+        return sensitivity(baseline.laws, openings, harmonics.motion, moved, slaps=self.slaps)[1][0]
 
 
 def _attached(each: Sequence[PortForces], omega: Array, motion: Array) -> Array:

@@ -10,7 +10,7 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward import forward_model
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.nonlinear.joint_law import LayerLaw
-from twin.identify.residuals.residual_model import ResidualModel
+from twin.identify.residuals import residual_model
 from twin.rigs import load_rig
 
 OPENING, SLIP = np.geomspace(5e-8, 8e-6, 6), np.geomspace(2e-8, 2e-6, 7)
@@ -30,7 +30,7 @@ def baseline():
 def fundamentals_alone(monkeypatch):
     """The layer has no harmonics of its own, in the dense structure as in the model, but where a test lets it."""
     monkeypatch.setattr(forward_model, "HARMONIC_TURNS", 0)
-    monkeypatch.setattr(ResidualModel, "_harmonics_by_unknowns", lambda *given: (None, None))
+    monkeypatch.setattr(residual_model, "harmonics_by_unknowns", lambda *given: (None, None))
 
 
 @pytest.fixture(scope="module")
