@@ -21,7 +21,7 @@ from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.linear.structural_modification import update_receptance
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.nonlinear.balance import Added, Balance, accelerated, log_amplitudes
+from twin.identify.nonlinear.balance import Added, Balance, accelerated, finite_log
 from twin.identify.nonlinear.local_forces import LocalForces, Surroundings
 from twin.identify.nonlinear.opening_harmonics import (
     OpeningBalance,
@@ -123,7 +123,7 @@ class ForwardModel(LinearForwardModel):
         harmonics = np.zeros((len(omega), len(self.orders), p), complex)
         before: tuple[Added, Array] | None = None
         rows = np.arange(len(omega))
-        free = {h: self.free_at_harmonic(h, baseline) for h in self.orders}
+        free = {h: self._free_at_harmonic(h, baseline) for h in self.orders}
         for turn in range(HARMONIC_TURNS):
             # The second time at least, with the loss that the slips' harmonics leave.
             if turn < 2 or changed > LOSS_SETTLED * largest:
@@ -137,13 +137,14 @@ class ForwardModel(LinearForwardModel):
             openings = replace(self.openings(baseline, found, at_harmonics), secant=secant).of_steps(rows)
             balance = balance_openings(baseline.laws, openings, self.slaps, start=harmonics[rows])
             here, harmonics[rows] = found.of_steps(rows), balance.motion
-            change = np.abs(self.added_by_harmonics(baseline, here, openings, balance)).max(axis=1, initial=0.0)
+            squares = squares_of(openings.slips(balance), openings.orders)
+            beyond = self.added_by_harmonics(baseline, here, openings, balance, squares)
+            change = np.abs(beyond).max(axis=1, initial=0.0)
             changed = float(change.max())
             amplitude, more = np.abs(here.motion), np.zeros_like(here.stiffness)
             more[:, :p] = balance.more
             growth = growth_of_more(baseline.laws, openings, balance, self.slaps)
-            squares = squares_of(openings.slips(balance), openings.orders)
-            added, used = Added(more, growth, log_amplitudes(amplitude[:, :p]), squares), here.added.squares
+            added, used = Added(more, growth, finite_log(amplitude[:, :p]), squares), here.added.squares
             taken, local = accelerated(added, used, before), self.local_at(found).of_steps(rows)
             moved = local.balance(baseline.laws, omega[rows], around.of_steps(rows), added=taken, start=amplitude)
             found = found.with_steps(rows, moved)
@@ -161,14 +162,14 @@ class ForwardModel(LinearForwardModel):
         return replace(self.local, ripples=ripples) if known else self.local
 
     def added_by_harmonics(
-        self, baseline: BaselineParameters, found: Balance, openings: Openings, harmonics: OpeningBalance
-    ) -> Array:
-        """Stiffness (s, 2 p) that harmonics add at the points of a balance beyond what they add in it."""
-        p, of_slips = len(self.points), squares_of(openings.slips(harmonics), openings.orders)
+        self, baseline: BaselineParameters, found: Balance, openings: Openings, harmonics: OpeningBalance,
+        squares: Array,
+    ) -> Array:  # fmt: skip
+        """Stiffness (s, 2 p) that harmonics, with these squares of the slips, add beyond what they add in a balance."""
+        p = len(self.points)
         slips = np.abs(found.motion[:, p : 2 * p])
         now, before = (
-            running_loss(baseline.laws, self.points.joint, slips, squares)
-            for squares in (of_slips, found.added.squares)
+            running_loss(baseline.laws, self.points.joint, slips, each) for each in (squares, found.added.squares)
         )
         lossier = 1j * openings.slip_weight * (now - before)
         return np.concatenate([harmonics.more, lossier], axis=1) - found.more[:, : 2 * p]
@@ -232,7 +233,7 @@ class ForwardModel(LinearForwardModel):
         secant[:, :p] -= balance.more[:, :p]
         return secant
 
-    def free_at_harmonic(self, h: int, baseline: BaselineParameters, *, inner: bool = False) -> Free:
+    def _free_at_harmonic(self, h: int, baseline: BaselineParameters, *, inner: bool = False) -> Free:
         """Receptances at a multiple of the drive frequency without the joint's law, and omega."""
         time = self.step_times
         omega = h * self.step_omega(baseline).real
@@ -249,7 +250,7 @@ class ForwardModel(LinearForwardModel):
         and shaker, where it is known.
         """
         steps = self.evidence.steps
-        R, omega = free or self.free_at_harmonic(h, baseline, inner=inner)
+        R, omega = free or self._free_at_harmonic(h, baseline, inner=inner)
         secant = self._secant(balance)
         R = update_receptance(R, self.moving[: 2 * len(self.points)], at_harmonic(secant, h))
         force = np.zeros(len(steps), complex)

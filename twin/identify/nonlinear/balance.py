@@ -14,9 +14,9 @@ LEAST_CHANGE, LARGEST_CHANGE = 1e-16, 7.0
 """Of squares' logarithms: so little is no direction to follow, and no turn goes farther beyond what it found."""
 
 
-def log_amplitudes(amplitude: Array) -> Array:
-    """Their logarithms, finite where nothing moves."""
-    return np.asarray(np.log(np.maximum(amplitude, 1e-300)))
+def finite_log(sizes: Array) -> Array:
+    """Logarithms of amplitudes or their squares, finite where nothing moves."""
+    return np.asarray(np.log(np.maximum(sizes, 1e-300)))
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Added:
     def at(self, amplitude: Array) -> Array:
         """The stiffness (s, n) at amplitudes (s, n), m."""
         p, here = self.log_amplitude.shape[-1], self.stiffness.copy()
-        here[..., :p] += (self.growth @ (log_amplitudes(amplitude[..., :p]) - self.log_amplitude)[..., None])[..., 0]
+        here[..., :p] += (self.growth @ (finite_log(amplitude[..., :p]) - self.log_amplitude)[..., None])[..., 0]
         return here
 
     def of_steps(self, number: int | NDArray[np.intp]) -> Added:
@@ -73,9 +73,9 @@ def accelerated(added: Added, used: Array, before: tuple[Added, Array] | None) -
     if before is None:
         return added
     (earlier, had), steps = before, len(used)
-    log, log_before = _logarithm(added.squares), _logarithm(earlier.squares)
-    change = (log - _logarithm(used)).reshape(steps, -1)
-    fell = change - (log_before - _logarithm(had)).reshape(steps, -1)
+    log, log_before = finite_log(added.squares), finite_log(earlier.squares)
+    change = (log - finite_log(used)).reshape(steps, -1)
+    fell = change - (log_before - finite_log(had)).reshape(steps, -1)
     back = -np.sum(fell * change, axis=1) / np.maximum(np.sum(fell**2, axis=1), LEAST_CHANGE)
 
     def mixed(now: Array, then: Array) -> Array:
@@ -86,10 +86,6 @@ def accelerated(added: Added, used: Array, before: tuple[Added, Array] | None) -
         mixed(added.stiffness, earlier.stiffness), added.growth, mixed(added.log_amplitude, earlier.log_amplitude),
         np.exp(np.clip(mixed(log, log_before), *bounds)),
     )  # fmt: skip
-
-
-def _logarithm(squares: Array) -> Array:
-    return np.asarray(np.log(np.maximum(squares, 1e-300)))
 
 
 @dataclass(frozen=True)
@@ -103,7 +99,7 @@ class Balance:
     added: Added
     """What harmonics of the motion add."""
     unsettled: Array
-    """Norm of the relative disagreement that was left, (s,)."""
+    """Norm of the disagreement that was left, over the largest motion, (s,)."""
     ripples: Array | None = None
     """What the nonlinear forces slip into, see :class:`LocalForces`, (s, m, 3)."""
 

@@ -19,9 +19,14 @@ def squares_of(harmonics: Array, orders: Sequence[int]) -> Array:
     The velocity is that over the fundamental's omega.  A static part has none, and counts twice in the displacement, as
     the mean square of a wave is half of its amplitude's.
     """
-    order = np.array(orders, float)[:, None]
     each = np.abs(harmonics) ** 2
-    return np.stack([np.sum(np.where(order == 0, 2.0, 1.0) * each, axis=1), np.sum(order**2 * each, axis=1)], axis=2)
+    return np.stack([np.sum(count[:, None] * each, axis=1) for count in counts_of(orders)], axis=2)
+
+
+def counts_of(orders: Sequence[int]) -> Array:
+    """What the square of a harmonic of each of these orders counts in displacement and velocity, (2, h)."""
+    order = np.array(orders, float)
+    return np.stack([np.where(order == 0, 2.0, 1.0), order**2])
 
 
 def _running(amplitude: Array, squares: Array) -> tuple[Array, Array, Array]:

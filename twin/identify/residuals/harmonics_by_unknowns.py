@@ -13,11 +13,8 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward.forward_model import ForwardModel
 from twin.identify.limits import LIMITS
 from twin.identify.nonlinear.balance import Balance
-from twin.identify.nonlinear.opening_harmonics import (
-    balance_openings,
-    sensitivity,
-)
-from twin.identify.nonlinear.running_amplitude import running_loss_by_squares, squares_of
+from twin.identify.nonlinear.opening_harmonics import balance_openings, sensitivity
+from twin.identify.nonlinear.running_amplitude import counts_of, running_loss_by_squares, squares_of
 from twin.identify.residuals.linearisation import LostContact
 
 
@@ -75,13 +72,13 @@ def _loss_by_unknowns(
         Their change by each unknown, and by the loss at each slip.
     """
     p, u, laws = len(model.points), len(baseline.blocks), baseline.laws
-    amplitude, orders = np.abs(found.motion), np.array(model.orders, float)
+    amplitude = np.abs(found.motion)
     by_squares = running_loss_by_squares(
         laws, model.points.joint, amplitude[:, p : 2 * p], squares_of(slips, model.orders)
     )
     # d |S|^2 = 2 Re(S* dS), with what each order counts.
-    counts = np.stack([np.where(orders == 0, 2.0, 1.0), orders**2])
-    weights = 2 * np.einsum("sp,spq,qh,shp->shp", model.local.weights[:, p:], by_squares, counts, slips.conj())
+    counts, weights = counts_of(model.orders), model.local.weights[:, p:]
+    weights = 2 * np.einsum("sp,spq,qh,shp->shp", weights, by_squares, counts, slips.conj())
     by_harmonics = np.sum((weights[..., None] * moved).real, axis=1)
     direct = np.zeros((len(slips), p, u))
     for joint, (_, by_loss) in enumerate(model.local.by_law(laws, amplitude, found.added.squares)):

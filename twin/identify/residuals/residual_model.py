@@ -25,6 +25,7 @@ from twin.identify.nonlinear.balance import Balance
 from twin.identify.nonlinear.joint_law import curve_precision
 from twin.identify.nonlinear.local_forces import Influence
 from twin.identify.nonlinear.opening_harmonics import balance_openings
+from twin.identify.nonlinear.running_amplitude import squares_of
 from twin.identify.residuals.error_model import SOUND, Covariances, ErrorModel
 from twin.identify.residuals.harmonics_by_unknowns import harmonics_by_unknowns
 from twin.identify.residuals.linearisation import Linearisation, with_more
@@ -132,7 +133,8 @@ class ResidualModel(ForwardModel):
         openings = self.openings(baseline, found)
         start = start if start is not None and start.shape == openings.driven.shape else None
         harmonics = balance_openings(baseline.laws, openings, self.slaps, start=start)
-        return self.added_by_harmonics(baseline, found, openings, harmonics), harmonics.motion
+        squares = squares_of(openings.slips(harmonics), openings.orders)
+        return self.added_by_harmonics(baseline, found, openings, harmonics, squares), harmonics.motion
 
     def _broadband(
         self, index: int, baseline: BaselineParameters, whitening: Whitening, sensitivities: bool
