@@ -28,15 +28,15 @@ class Limits:
     model_evidence_any: tuple[float, float] = (-15.0, 15.0)
     """Logarithm of an error over a sound rig's in which the likeliest is looked for: from less than any noise to more
     than the response itself, so that a long step of the search meets no error of zero."""
-    model_evidence_roughness: tuple[float, float] = (-2.5, 4.5)
-    """Logarithm of the roughness over a sound rig's in which the likeliest is looked for."""
+    model_evidence_roughness: tuple[float, float] = (-14.0, 4.5)
+    """Logarithm of the roughness over a sound rig's in which the likeliest is looked for: a loss may be next to none."""
     model_evidence_size: tuple[float, float] = (-3.5, 5.0)
     """The same of the error of the shares in odd harmonics."""
     model_evidence_shifts: tuple[float, float] = (-3.5, 3.0)
     """And of the shifts: rooms change by ten kelvin at most, twenty times half a kelvin."""
     model_evidence_close: float = 1e-7
     """Relative change of the log evidence that ends the search for errors: a thousandth of a nat."""
-    model_evidence_refitted: int = 2
+    model_evidence_refitted: int = 6
     """Most fits, each with the errors that the last one inferred."""
     # parallel_map.py
     parallel_map_most: int = 4

@@ -145,20 +145,21 @@ def fit_with_errors(
         model = replace(model, errors=inferred, log_evidence=log_evidence)
         if likeliest is None or not log_evidence < likeliest.log_evidence:
             likeliest = model
-        if _distance(inferred, errors, least) < CLOSE or time_is_up():
+        if _distance(inferred, errors, least, settled=model.solution.settled) < CLOSE or time_is_up():
             break
         errors = inferred
     assert likeliest is not None
     return likeliest
 
 
-def _distance(one: ErrorModel, two: ErrorModel, least: Array | float) -> float:
+def _distance(one: ErrorModel, two: ErrorModel, least: Array | float, *, settled: bool) -> float:
     """Largest difference of logarithms, of errors that matter: those below `least` do not.
 
-    Another roughness matters by the errors that it needs.
+    Another roughness matters by the errors that it needs; or in itself, where a fit with the one did not settle.
     """
     sizes = [np.maximum(errors.log_sizes[:OF_SOFTENING], least) for errors in (one, two)]
-    return float(np.max(np.abs(sizes[0] - sizes[1])))
+    rougher = 0.0 if settled else np.max(np.abs(one.log_sizes - two.log_sizes)[OF_SOFTENING:])
+    return float(max(np.max(np.abs(sizes[0] - sizes[1])), rougher))
 
 
 def settled_fit(
