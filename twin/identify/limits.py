@@ -124,8 +124,8 @@ class Limits:
     joint_law_knots: int = 40
     """Fine enough for two modes at once: a force that was left out is then foretold to 0.9e-3, by 24 knots to
     2.0e-3."""
-    joint_law_largest: float = 2.0
-    """Prior size of a curve over its roughness, for every unit of log amplitude: little more than that it is finite."""
+    joint_law_largest: float = 5.0
+    """Prior size of a curve over its scale, for every unit of log amplitude: little more than that it is finite."""
     # joint_motion.py
     unknown_m: float = 1e-8
     """Where nothing was measured that could tell."""

@@ -31,7 +31,7 @@ def spacing(knots: Array) -> float:
 
 
 def curve_precision(knots: Array, roughness: float) -> Array:
-    """Precision (n, n) of a curve's values at its knots, over its scale; all of it goes by the roughness.
+    """Precision (n, n) of a curve's values at its knots, over its scale.
 
     A Wiener process integrated twice over the logarithm of amplitude, in proportion to the amplitude as a curve is that
     begins linearly.  Its third differences are independent, and so the number of knots decides nothing.
@@ -42,9 +42,8 @@ def curve_precision(knots: Array, roughness: float) -> Array:
         Standard deviation of the process over one unit of log amplitude, at the largest amplitude.
     """
     h, third = spacing(knots), np.diff(np.eye(len(knots)), 3, axis=0)
-    spread = h**2.5 * knots[2:-1] / knots[-1]
-    wide = h * np.eye(len(knots)) / LIMITS.joint_law_largest**2
-    return np.asarray((third.T @ (third / spread[:, None] ** 2) + wide) / roughness**2)
+    spread = roughness * h**2.5 * knots[2:-1] / knots[-1]
+    return np.asarray(third.T @ (third / spread[:, None] ** 2) + h * np.eye(len(knots)) / LIMITS.joint_law_largest**2)
 
 
 @dataclass(frozen=True)
