@@ -227,12 +227,16 @@ def test_a_sweep_that_is_shifted_as_a_whole_is_no_model_error(measured, baseline
 
 @pytest.mark.parametrize("size", [1.0, 30.0])
 def test_the_error_that_data_were_drawn_with_is_found(drawn, baseline, size):
-    """Of stiffness, which may be of any size where a model lacks something; ratios stay what sound rigs' are."""
+    """Of stiffness, which may be of any size where a model lacks something; ratios stay what sound rigs' are.
+
+    In the median of five draws: one alone scatters by a third.
+    """
     true = replace(
         SOUND,
         steps=replace(SOUND.steps, stiffness=size * SOUND.steps.stiffness),
         broadband=replace(SOUND.broadband, stiffness=size * SOUND.broadband.stiffness),
     )
-    found = infer_errors(FitProblem(drawn(true, seed=3), None, baseline, ()), None, free=True)[0]
+    found = [infer_errors(FitProblem(drawn(true, seed=s), None, baseline, ()), None, free=True)[0] for s in range(1, 6)]
     for kind in ("steps", "broadband"):
-        assert getattr(found, kind).stiffness == pytest.approx(getattr(true, kind).stiffness, rel=0.35), kind
+        middle = np.median([getattr(one, kind).stiffness for one in found])
+        assert middle == pytest.approx(getattr(true, kind).stiffness, rel=0.25), kind

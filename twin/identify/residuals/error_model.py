@@ -54,7 +54,7 @@ class ErrorModel:
     shared by many bins and would else count as many independent witnesses for wrong moduli."""
     roughness: tuple[float, float] = (1.6, 7.8)
     """Prior of how a joint's softening and how its loss bends, see
-    :func:`twin.identify.nonlinear.joint_law.curve_precision`."""
+    :func:`twin.identify.nonlinear.joint_law.curve_precision`: how large they are goes by it, too."""
     harmonics: float = 1.0
     """Error of each point's share in the odd harmonics, over :data:`LIMITS.share_error`."""
     shifts: float = 1.0
@@ -122,8 +122,8 @@ def continuation(errors: ErrorModel) -> tuple[ErrorModel, ...]:
 def log_prior(errors: ErrorModel, sound: ErrorModel = SOUND, *, free: bool = False) -> float:
     """Log density of :attr:`ErrorModel.log_sizes`.
 
-    A curve's roughness is its size, which may be next to nothing where a joint loses nothing: half-Cauchy (Gelman 2006),
-    with sound rigs' as its median.  Of the others those are the medians, too, of normal logarithms.
+    Normal about sound rigs'; but with a curve's roughness goes its size, which may be next to nothing where a joint
+    loses nothing: half-Cauchy (Gelman 2006, Prior distributions for variance parameters), of sound rigs' median.
 
     Parameters
     ----------
@@ -132,9 +132,9 @@ def log_prior(errors: ErrorModel, sound: ErrorModel = SOUND, *, free: bool = Fal
     free
         Whether those of stiffness may have any size up to :data:`LIMITS.error_model_any`, over a sound rig's.
     """
-    away = (errors.log_sizes - sound.log_sizes) / SPREAD
-    each = -0.5 * away**2 - np.log(np.sqrt(2 * np.pi) * SPREAD)
-    each[OF_SOFTENING:] = -np.log(np.pi * np.cosh(SPREAD * away[OF_SOFTENING:]))
+    away = errors.log_sizes - sound.log_sizes
+    each = -0.5 * (away / SPREAD) ** 2 - np.log(np.sqrt(2 * np.pi) * SPREAD)
+    each[OF_SOFTENING:] = -np.log(np.pi * np.cosh(away[OF_SOFTENING:]))
     if free:
         each[[OF_BROADBAND.start, OF_STEPS.start]] = -np.log(np.log(LIMITS.error_model_any))
     return float(np.sum(each))

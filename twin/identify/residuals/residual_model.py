@@ -87,8 +87,11 @@ class ResidualModel(ForwardModel):
             E = self.moduli[0][joint]
             # A loss in G' must be many times G' to matter; its scale is what damps mode 1 like a tenth of E' does.
             shear_share = float(np.sum((layer.B_G @ phi) ** 2) / np.sum((layer.B_E @ phi) ** 2))
-            blocks = (baseline.softening(joint), law.opening_knots, E), (baseline.loss(joint), law.slip_knots, 0.1 * E / shear_share)
-            for (block, knots, scale), own, usual in zip(blocks, errors.roughness, SOUND.roughness, strict=True):
+            curves = (
+                (baseline.softening(joint), law.opening_knots, E),
+                (baseline.loss(joint), law.slip_knots, 0.1 * E / shear_share),
+            )
+            for (block, knots, scale), own, usual in zip(curves, errors.roughness, SOUND.roughness, strict=True):
                 precision[block, block] = curve_precision(knots, usual) * (usual / own / scale) ** 2
         about = swept_modes(self.evidence, len(baseline.shifts))
         precision[baseline.of_shifts, baseline.of_shifts] = errors.shift_precision(about)

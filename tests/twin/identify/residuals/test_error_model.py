@@ -6,14 +6,21 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from circular_noise import circular
-from scipy.stats import chi2, norm
+from scipy.stats import chi2, halfcauchy, norm
 
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward import forward_model
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.nonlinear.joint_law import LayerLaw
-from twin.identify.residuals.error_model import SOUND, SPREAD, Discrepancy, continuation, log_prior
+from twin.identify.residuals.error_model import (
+    SOUND,
+    SPREAD,
+    Discrepancy,
+    continuation,
+    log_prior,
+    log_prior_slopes,
+)
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.rigs import load_rig
 
@@ -140,12 +147,24 @@ def test_a_model_is_sound_while_it_errs_no_more_in_any_data_than_sound_rigs_do(k
     assert not with_value(SOUND, kind, name, 3.1 * usual).as_small_as(SOUND)
 
 
-def test_the_prior_of_errors_and_roughness_is_log_normal_about_those_of_sound_rigs():
+def test_the_prior_of_errors_is_log_normal_about_those_of_sound_rigs_and_of_roughness_half_cauchy():
+    """The Cauchy's density is of the roughness, ours of its logarithm."""
     errors = with_value(SOUND, "steps", "ratio", 5 * SOUND.steps.ratio)
     errors = with_value(errors, "broadband", "stiffness", SOUND.broadband.stiffness / 2)
     errors = replace(errors, roughness=(SOUND.roughness[0], 3 * SOUND.roughness[1]), harmonics=4.0, shifts=0.2)
-    expected = norm.logpdf(np.log([1.0, 5.0, 0.5, 1.0, 1.0, 3.0, 4.0, 0.2]), scale=SPREAD).sum()
+    expected = norm.logpdf(np.log([1.0, 5.0, 0.5, 1.0, 4.0, 0.2]), scale=SPREAD).sum()
+    expected += sum(halfcauchy.logpdf(size) + np.log(size) for size in (1.0, 3.0))
     assert log_prior(errors) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("free", [True, False])
+def test_the_slopes_of_the_prior_are_those_of_its_density(free):
+    away = np.array([0.4, -1.0, 2.0, 0.3, -0.7, 1.1, -6.0, 1.5])
+    slopes = log_prior_slopes(SOUND.with_log_sizes(SOUND.log_sizes + away), free=free)
+    for which, slope in enumerate(slopes):
+        step = 1e-5 * (np.arange(len(away)) == which)
+        above, below = (log_prior(SOUND.with_log_sizes(SOUND.log_sizes + away + by), free=free) for by in (step, -step))
+        assert slope == pytest.approx((above - below) / 2e-5, rel=1e-6, abs=1e-8)
 
 
 def test_a_lacking_model_may_have_errors_of_stiffness_of_any_size_but_ratios_as_ever():
@@ -154,7 +173,7 @@ def test_a_lacking_model_may_have_errors_of_stiffness_of_any_size_but_ratios_as_
     priors = [
         log_prior(with_value(SOUND, "steps", "stiffness", size * SOUND.steps.stiffness), free=True) for size in sizes
     ]
-    rest = norm.logpdf(0.0, scale=SPREAD) * 6 - np.log(np.log(LIMITS.error_model_any))
+    rest = norm.logpdf(0.0, scale=SPREAD) * 4 + 2 * halfcauchy.logpdf(1.0) - np.log(np.log(LIMITS.error_model_any))
     assert np.trapezoid(np.exp(np.array(priors) - rest), np.log(sizes)) == pytest.approx(1.0)
     ratio = with_value(SOUND, "steps", "ratio", 3 * SOUND.steps.ratio)
     assert log_prior(ratio, free=True) == pytest.approx(log_prior(SOUND, free=True) - 0.5)
