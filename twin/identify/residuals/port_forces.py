@@ -15,7 +15,7 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification, NonlinearForce
 from twin.identify.nonlinear.balance import Balance
 from twin.identify.nonlinear.local_forces import turned
-from twin.identify.nonlinear.opening_harmonics import balance_openings, sensitivity
+from twin.identify.residuals.harmonics_by_unknowns import PointHarmonics
 from twin.identify.residuals.linearisation import Linearisation
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals, real_ones
@@ -143,8 +143,8 @@ class PortModel(ResidualModel):
         Parameters
         ----------
         added : ndarray, (s, 2 p, k)
-            What goes with each to the stiffness of the layers' points, where that is known: by default what the
-            openings' harmonics add once they follow.
+            What goes with each to the stiffness of the layers' points, where that is known: by default what harmonics
+            add once they follow.
         """
         held = self.held
         blocks = [
@@ -198,8 +198,8 @@ class PortModel(ResidualModel):
         moved = moved - response[:, None, reference]
         if len(self.points):
             added = self._added(baseline, balance, each, own) if added is None else added
-            response = response + influence.response[:, :, : added.shape[1]] @ added
-            moved = moved + influence.motion[:, :, : added.shape[1]] @ added
+            response = response + influence.response[:, :, : 2 * len(self.points)] @ added
+            moved = moved + influence.motion[:, :, : 2 * len(self.points)] @ added
         change = self.local.follow(
             baseline.laws, np.abs(motion), omega, influence, moved, response, balance.added
         )[::-1]  # fmt: skip
@@ -213,22 +213,13 @@ class PortModel(ResidualModel):
         return found
 
     def _added(self, baseline: BaselineParameters, balance: Balance, each: Sequence[PortForces], own: Array) -> Array:
-        """Changes (s, p, k) of the stiffness that the openings' harmonics add, at fundamentals that are held."""
-        points, drive = len(self.points), self.model.ports.drive
-        opening = self.moving[:points]
-        around = [self.at_harmonic(h, baseline, balance) for h in self.orders]
-        openings = self.openings(baseline, balance, around)
-        harmonics = balance_openings(baseline.laws, openings, self.slaps)
-        moved = np.zeros((*harmonics.motion.shape[:2], 2 * points, len(each)), complex)
-        of_forces = self.forced_harmonics(baseline, balance, self.orders)
-        for number, (h, (R, force, omega)) in enumerate(zip(self.orders, around, strict=True)):
-            to_ports = R[:, self.at]
-            motion = to_ports[:, :, drive] * force[:, None]
-            motion -= np.einsum("spq,sq->sp", to_ports[:, :, opening], harmonics.force[:, number])
-            motion -= np.einsum("spq,sq->sp", to_ports[:, :, self.nonlinear_ports], of_forces[number])
-            forces = _attached(each, omega, motion) + (own[h - 1] if h else 0.0)
-            moved[:, number] = -R[:, self.moving[: 2 * points, None], self.at] @ forces
-        return sensitivity(baseline.laws, openings, harmonics.motion, moved, slaps=self.slaps)[1][0]
+        """Changes (s, 2 p, k) of the stiffness that harmonics add at the points, at fundamentals that are held."""
+        harmonics = PointHarmonics.at(self, baseline, balance)
+        moved = []
+        for h, (R, _, omega), motion in zip(self.orders, harmonics.around, harmonics.motion, strict=True):
+            forces = _attached(each, omega, motion[:, self.at]) + (own[h - 1] if h else 0.0)
+            moved.append(-R[:, self.moving[: 2 * len(self.points), None], self.at] @ forces)
+        return harmonics.followed(np.stack(moved, axis=1))
 
 
 def _attached(each: Sequence[PortForces], omega: Array, motion: Array) -> Array:
