@@ -16,6 +16,8 @@ from twin.identify.limits import LIMITS
 
 REMAINDERS = 3
 ITERATIONS, TOLERANCE = 40, 1e-3
+MOST_DAMPED = 0.99
+"""Damping ratio below which a pole still swings."""
 HARDLY = 1e-9
 """Precision beforehand of a pole that no line shows."""
 
@@ -42,7 +44,7 @@ class PoleFit:
     @property
     def poles(self) -> Array:
         """Complex poles, rad/s, (m,)."""
-        return np.asarray(self.omega * (-self.zeta + 1j * np.sqrt(1 - np.minimum(self.zeta, 0.99) ** 2)))
+        return np.asarray(self.omega * (-self.zeta + 1j * np.sqrt(1 - self.zeta**2)))
 
     def parts(self, omega: Array) -> Array:
         """Each mode's part of the responses at `omega`, (f, o, m)."""
@@ -80,11 +82,13 @@ def refine_poles(
     def moved(x: Array, step: Array) -> Array:
         return np.asarray(x + step * min(1.0, LIMITS.largest_step / max(_size(step, x, w), 1e-300)))
 
-    # A pole far below all lines, which may wander to nothing, is one remainder more; none beyond tells its damping.
-    lower = np.repeat([np.log(1e-2 * np.min(w[w > 0])), np.log(LIMITS.refinement_damping)], m)
+    # A pole far from all lines, which may wander to nothing or without end, is one remainder more; none tells its
+    # damping.
+    near = 1e-2 * np.min(w[w > 0]), 1e2 * np.max(w)
+    lower, upper = np.repeat(np.log([[near[0], LIMITS.refinement_damping], [near[1], MOST_DAMPED]]), m, axis=1)
     solution = minimise(
         evaluate, start, mean=start, precision=HARDLY * np.eye(2 * m), iterations=iterations,
-        tolerance=TOLERANCE, steps=StepRule(bounds=(lower, np.full(2 * m, np.inf)), moved=moved),
+        tolerance=TOLERANCE, steps=StepRule(bounds=(lower, upper), moved=moved),
     )  # fmt: skip
     x, J = solution.x, solution.jacobian
     dof = max(1, 2 * H.size - len(x) - H.shape[1] * 2 * (m + REMAINDERS))
@@ -104,7 +108,7 @@ def _size(step: Array, x: Array, w: Array) -> float:
 def _projected(x: Array, w: Array, H: Array, weight: Array) -> tuple[Array, Array, Array, Array]:
     """Residual and Jacobian at given poles, with the linear part at its best: residues, remainders."""
     m = len(x) // 2
-    omega, zeta = np.exp(x[:m]), np.minimum(np.exp(x[m:]), 0.99)
+    omega, zeta = np.exp(x[:m]), np.exp(x[m:])
     root = np.sqrt(1 - zeta**2)
     p = omega * (-zeta + 1j * root)
     s = 1j * w[:, None]

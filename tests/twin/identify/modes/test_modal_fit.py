@@ -10,6 +10,7 @@ from beam_rows import deflection
 from needed import package
 
 from twin.identify.modes import fit_modes
+from twin.identify.modes.refinement import refine_poles
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
 
@@ -132,3 +133,18 @@ def test_beyond_its_band_a_fit_keeps_the_remainders_of_its_ends():
     modes = [np.sum(fit.parts(2 * np.pi * np.array(at)), axis=2) for at in ([20.0, 200.0], [2.0, 2000.0])]
     np.testing.assert_allclose(beyond - modes[1], ends - modes[0], rtol=1e-9)
     assert np.max(np.abs(ends[0] - modes[0][0])) > 0.03
+
+
+@pytest.mark.parametrize("start", [(425.0, 0.12), (4e5, 50.0), (0.01, 0.5)])
+def test_a_pole_that_wanders_from_all_lines_stays_one_that_swings_and_is_what_was_fitted(start):
+    """Begun just beyond the band it may go on for ever: nothing but a remainder is left of it."""
+    f = np.linspace(5.0, 410.0, 1200)
+    natural, damping = np.array([21.0, 78.0, 266.0]), np.array([0.008, 0.005, 0.02])
+    H, std = noisy(summed(f, natural, damping, np.array([[2.0, 1.0, 5.0]])), 7)
+    weight = np.sqrt(2) / std
+    poles = np.vstack([np.column_stack([natural, damping]), start]).T
+    fit = refine_poles(f, H, weight, omega=2 * np.pi * poles[0], zeta=poles[1])
+    assert np.all(fit.zeta < 1)
+    assert np.all(fit.omega < 1.01e2 * 2 * np.pi * f[-1])
+    left = weight * (H - fit.responses(2 * np.pi * f))
+    assert np.sum(np.abs(left) ** 2) == pytest.approx(fit.chi2, rel=1e-3)
