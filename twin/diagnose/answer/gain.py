@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import Array
-from twin.diagnose.answer.comparison import noise_floors, relative_errors
+from twin.diagnose.answer.comparison import noise_floors, relative_errors, stands_out
 from twin.diagnose.fitted_model import FitProblem, FittedModel
+from twin.diagnose.residual_columns import ResidualColumns
 from twin.identify.cholesky import Cholesky
 from twin.identify.frequency_shifts import swept_modes
 from twin.identify.measured_data import MeasuredData
@@ -75,11 +76,12 @@ def measure_gain(
     harmonics = harmonic_residuals(ResidualModel(unseen), models[0].baseline)
     errors = [relative_errors(unseen, model, harmonics) for model in models]
     floors = noise_floors(unseen, harmonics)
-    sound, left_open = _of_a_right_model(learnt, unseen, after)
-    right = np.hypot(sound, left_open)
+    sound, left_open = _of_a_right_model(learnt, unseen, after, harmonics)
+    sound |= {harmonic: floor for harmonic, floor in floors.items() if harmonic > 1}
+    right = {harmonic: np.hypot(sound[harmonic], left_open[harmonic]) for harmonic in floors}
     whole = [np.concatenate(list(column.values())) for column in (*errors, floors)]
-    known = np.concatenate([sound / right, *(np.ones_like(floors[h]) for h in floors if h > 1)])
-    tested = rms(np.concatenate(list((floors | {1: sound}).values())))
+    known = np.concatenate([sound[harmonic] / right[harmonic] for harmonic in floors])
+    tested = rms(np.concatenate(list(sound.values())))
     parts = {
         harmonic: HeldOutError(*(rms(column[harmonic]) for column in (*errors, floors)), count=len(floors[harmonic]))
         for harmonic in floors
@@ -87,7 +89,7 @@ def measure_gain(
     return Gain(
         *map(rms, whole),
         by_harmonic=parts,
-        expected=rms(np.concatenate(list((floors | {1: right}).values()))),
+        expected=rms(np.concatenate(list(right.values()))),
         in_deviations=(rms(whole[0] * known) / tested, rms(whole[1] * known) / tested),
         runs=tuple(Path(run).name for run in runs),
         sweeps=sweeps or tuple(dict.fromkeys(state.sweep for state in unseen.steps.states)),
@@ -108,26 +110,38 @@ def _wander(shifts: NDArray[np.float64], evidence: MeasuredData) -> float:
     return float(np.sqrt(np.sum(shifts[sweeps] ** 2) / max(count - modes, 1) * (1 + modes / max(count, 1))))
 
 
-def _of_a_right_model(learnt: LearntFrom, unseen: MeasuredData, model: FittedModel) -> tuple[Array, Array]:
-    """Relative errors (s o,) of the fundamentals: a sound rig's, and those that its data leave open.
+def _of_a_right_model(
+    learnt: LearntFrom, unseen: MeasuredData, model: FittedModel, harmonics: HarmonicResiduals
+) -> tuple[dict[int, Array], dict[int, Array]]:
+    """Relative errors as :func:`relative_errors` has them: a sound rig's, and those that its data leave open.
 
-    The first are of noise, the model error that such rigs have and a sweep's shift, the others of the parameters.
+    The first, of the fundamentals alone, are of noise, the model error that such rigs have and a sweep's shift, the
+    others of the parameters.
     """
     sizes = sound_errors(learnt[0]).log_sizes.copy()
     sizes[OF_SOFTENING:] = model.errors.log_sizes[OF_SOFTENING:]  # how rough the laws are is the joints' own
     errors = model.errors.with_log_sizes(sizes)
     problem = FitProblem(*learnt, model.baseline, model.hypotheses, errors=errors)
     J = problem.weighed().here.jacobian
-    there = FitProblem(unseen, None, elsewhere(model).baseline, model.hypotheses, errors=errors).weighed()
-    own = there.here.jacobian[dict(there.here.blocks)["steps"]]
-    rows = there.held.steps.undone(own).reshape(len(own), -1)
-    spread = Cholesky.of(J.T @ J + problem.precision).solve(rows.T)
-    left_open = np.sum(rows * spread.T, axis=1).reshape(len(unseen.steps), -1)
+    there = FitProblem(unseen, harmonics, elsewhere(model).baseline, model.hypotheses, errors=errors).weighed()
+    changes = ResidualColumns.of(there.here.jacobian, there.here.blocks, there.held)
+    information = Cholesky.of(J.T @ J + problem.precision)
+
+    def of_parameters(change: Array) -> Array:
+        return np.sum(change * information.solve(change.T).T, axis=1)
+
+    rows = changes.steps.reshape(-1, changes.count)
+    left_open = {1: _of_complex(of_parameters(rows).reshape(len(unseen.steps), -1))}
+    out = stands_out(unseen, harmonics)
+    if out.any():
+        second = changes.harmonics[:, harmonics.orders == 2][:, 0][out]
+        measured = np.abs(harmonics.residual[:, harmonics.orders == 2][:, 0][out])
+        left_open[2] = np.sqrt(of_parameters(second.real) + of_parameters(second.imag)) / measured
     made_of = there.held.made_of
     assert isinstance(made_of, Covariances)
     by_shift = _wander(model.baseline.shifts, learnt[0]) * made_of.shifts[1]
     sound = np.sum(made_of.of_steps(SOUND.steps).factor ** 2, axis=2) + np.sum(by_shift**2, axis=2)
-    return _of_complex(sound), _of_complex(left_open)
+    return {1: _of_complex(sound)}, left_open
 
 
 def _of_complex(variance: Array) -> Array:

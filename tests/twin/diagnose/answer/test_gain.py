@@ -8,11 +8,15 @@ import numpy as np
 import pytest
 
 from recordings import read_run
+from twin.diagnose.answer.comparison import predicted_harmonics
 from twin.diagnose.answer.gain import measure_gain
-from twin.diagnose.fitted_model import fit_model
+from twin.diagnose.fitted_model import CauseHypothesis, fit_model
+from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import fit_base
 from twin.identify.measured_data import gather_data
 from twin.identify.residuals.error_model import OF_SOFTENING
+from twin.identify.residuals.harmonics import harmonic_residuals
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 GAP = 0.4, 0.7
@@ -79,3 +83,24 @@ def test_a_wrong_model_is_worse_than_expected(data):
     softer = replace(model.baseline, base=replace(model.baseline.base, E=0.99 * model.baseline.base.E))
     gain = measured(learnt, unseen, replace(model, baseline=softer))
     assert gain.in_deviations[1] > 10
+
+
+def test_of_a_stop_that_nothing_touched_before_any_second_harmonic_is_expected(data):
+    """Sweeps that touched it tell its stiffness and gap, and what it will make of the next one."""
+    learnt, unseen = data
+    model = fitted(learnt)
+    largest = np.max(unseen.steps.amplitude_m)
+    values = {"stiffness_N_per_m": 200.0, "gap_m": 0.6 * largest, "position_m": load_rig("steel-lap-joint").length}
+    stop = replace(model, hypotheses=(CauseHypothesis(CAUSES["ground-stop"], "", values, {}),))
+    harmonics = harmonic_residuals(ResidualModel(unseen), model.baseline)
+    made = predicted_harmonics(unseen, stop, harmonics) - harmonics.residual
+    response = unseen.steps.response.copy()
+    response[:, :, 1] += made[:, harmonics.orders == 2][:, 0]
+    struck = replace(unseen, steps=replace(unseen.steps, response=response))
+    gains = [
+        measure_gain((seen, None), struck, model, stop, runs=(), sweeps=())
+        for seen in (learnt, with_steps(learnt, learnt.steps.amplitude_m < 0.5 * largest))
+    ]
+    assert gains[0].by_harmonic[2].count > 5
+    assert gains[0].expected < 0.1
+    assert gains[1].expected > 0.5
