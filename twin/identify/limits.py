@@ -338,8 +338,10 @@ class Limits:
     rational_edge: float = 0.98
     """Share of the unit half circle that the band takes: a pole at its very end would be real."""
     # modes/refinement.py
-    refinement_damping: float = 1e-5
-    """Least damping ratio of a pole: a hundredth of what bolted steel has."""
+    refinement_damping: tuple[float, float] = (1e-5, 0.99)
+    """Least and largest damping ratio of a pole: a hundredth of what bolted steel has, and one that still swings."""
+    refinement_far: float = 100.0
+    """Factor below the first line and beyond the last at which a pole is nothing but a remainder."""
     refinement_dependent: float = 1e-13
     """Singular value over the largest below which residues count as dependent."""
     largest_step: float = 0.5

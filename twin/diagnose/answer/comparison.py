@@ -63,8 +63,8 @@ def relative_errors(evidence: MeasuredData, model: FittedModel, harmonics: Harmo
     errors = {1: np.abs(fundamental).ravel()}
     out = stands_out(evidence, harmonics)
     if out.any():
-        measured = _second(harmonics, harmonics.residual)
-        predicted = _second(harmonics, predicted_harmonics(evidence, model, harmonics))
+        measured = second_harmonic(harmonics, harmonics.residual)
+        predicted = second_harmonic(harmonics, predicted_harmonics(evidence, model, harmonics))
         errors[2] = np.abs(predicted[out] / measured[out] - 1)
     return errors
 
@@ -75,7 +75,7 @@ def stands_out(evidence: MeasuredData, harmonics: HarmonicResiduals) -> Array:
     It must also be beyond what the force's own second harmonic, which no model has to predict, could make of it.
     """
     steps = evidence.steps
-    residual = _second(harmonics, harmonics.residual)
+    residual = second_harmonic(harmonics, harmonics.residual)
     linear = IDENTIFY.linear_error * np.abs(steps.response[:, :, 1] - residual)
     noise = LIMITS.second_harmonic_deviations * _second_noise(evidence, harmonics)
     return np.asarray(np.abs(residual) > np.maximum(noise, linear))
@@ -87,7 +87,7 @@ def _second_noise(evidence: MeasuredData, harmonics: HarmonicResiduals) -> Array
     That part brings the noise of the measured force, and near a resonance far more of it than the response has.
     """
     steps = evidence.steps
-    linear = steps.response[:, :, 1] - _second(harmonics, harmonics.residual)
+    linear = steps.response[:, :, 1] - second_harmonic(harmonics, harmonics.residual)
     force = np.where(steps.force[:, 1] == 0, np.inf, np.abs(steps.force[:, 1]))
     gain = np.abs(linear) / force[:, None]
     force_variance = np.nan_to_num(steps.force_variance[:, 1], nan=0.0)
@@ -104,13 +104,13 @@ def noise_floors(evidence: MeasuredData, harmonics: HarmonicResiduals) -> dict[i
     floors = {1: np.sqrt(own + shared[:, None]).ravel()}
     out = stands_out(evidence, harmonics)
     if out.any():
-        measured = np.abs(_second(harmonics, harmonics.residual))
+        measured = np.abs(second_harmonic(harmonics, harmonics.residual))
         floors[2] = _second_noise(evidence, harmonics)[out] / measured[out]
     return floors
 
 
-def _second(harmonics: HarmonicResiduals, values: Array) -> Array:
-    """The second harmonic (s, o) of values (s, h, o)."""
+def second_harmonic(harmonics: HarmonicResiduals, values: Array) -> Array:
+    """The second harmonic (s, o, ...) of values (s, h, o, ...)."""
     return np.asarray(values[:, harmonics.orders == 2][:, 0])
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import Array
-from twin.diagnose.answer.comparison import noise_floors, relative_errors, stands_out
+from twin.diagnose.answer.comparison import noise_floors, relative_errors, second_harmonic, stands_out
 from twin.diagnose.fitted_model import FitProblem, FittedModel
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.identify.cholesky import Cholesky
@@ -76,8 +76,8 @@ def measure_gain(
     harmonics = harmonic_residuals(ResidualModel(unseen), models[0].baseline)
     errors = [relative_errors(unseen, model, harmonics) for model in models]
     floors = noise_floors(unseen, harmonics)
-    sound, left_open = _of_a_right_model(learnt, unseen, after, harmonics)
-    sound |= {harmonic: floor for harmonic, floor in floors.items() if harmonic > 1}
+    of_fundamentals, left_open = _of_a_right_model(learnt, unseen, after, harmonics)
+    sound = floors | {1: of_fundamentals}
     right = {harmonic: np.hypot(sound[harmonic], left_open[harmonic]) for harmonic in floors}
     whole = [np.concatenate(list(column.values())) for column in (*errors, floors)]
     known = np.concatenate([sound[harmonic] / right[harmonic] for harmonic in floors])
@@ -112,11 +112,10 @@ def _wander(shifts: NDArray[np.float64], evidence: MeasuredData) -> float:
 
 def _of_a_right_model(
     learnt: LearntFrom, unseen: MeasuredData, model: FittedModel, harmonics: HarmonicResiduals
-) -> tuple[dict[int, Array], dict[int, Array]]:
-    """Relative errors as :func:`relative_errors` has them: a sound rig's, and those that its data leave open.
+) -> tuple[Array, dict[int, Array]]:
+    """Relative errors (s o,) of a sound rig's fundamentals, and as :func:`relative_errors` those that data leave open.
 
-    The first, of the fundamentals alone, are of noise, the model error that such rigs have and a sweep's shift, the
-    others of the parameters.
+    The first are of noise, the model error that such rigs have and a sweep's shift, the others of the parameters.
     """
     sizes = sound_errors(learnt[0]).log_sizes.copy()
     sizes[OF_SOFTENING:] = model.errors.log_sizes[OF_SOFTENING:]  # how rough the laws are is the joints' own
@@ -134,14 +133,14 @@ def _of_a_right_model(
     left_open = {1: _of_complex(of_parameters(rows).reshape(len(unseen.steps), -1))}
     out = stands_out(unseen, harmonics)
     if out.any():
-        second = changes.harmonics[:, harmonics.orders == 2][:, 0][out]
-        measured = np.abs(harmonics.residual[:, harmonics.orders == 2][:, 0][out])
+        second = second_harmonic(harmonics, changes.harmonics)[out]
+        measured = np.abs(second_harmonic(harmonics, harmonics.residual)[out])
         left_open[2] = np.sqrt(of_parameters(second.real) + of_parameters(second.imag)) / measured
     made_of = there.held.made_of
     assert isinstance(made_of, Covariances)
     by_shift = _wander(model.baseline.shifts, learnt[0]) * made_of.shifts[1]
     sound = np.sum(made_of.of_steps(SOUND.steps).factor ** 2, axis=2) + np.sum(by_shift**2, axis=2)
-    return {1: _of_complex(sound)}, left_open
+    return _of_complex(sound), left_open
 
 
 def _of_complex(variance: Array) -> Array:

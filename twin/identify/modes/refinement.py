@@ -16,8 +16,6 @@ from twin.identify.limits import LIMITS
 
 REMAINDERS = 3
 ITERATIONS, TOLERANCE = 40, 1e-3
-MOST_DAMPED = 0.99
-"""Damping ratio below which a pole still swings."""
 HARDLY = 1e-9
 """Precision beforehand of a pole that no line shows."""
 
@@ -84,8 +82,8 @@ def refine_poles(
 
     # A pole far from all lines, which may wander to nothing or without end, is one remainder more; none tells its
     # damping.
-    near = 1e-2 * np.min(w[w > 0]), 1e2 * np.max(w)
-    lower, upper = np.repeat(np.log([[near[0], LIMITS.refinement_damping], [near[1], MOST_DAMPED]]), m, axis=1)
+    around = np.min(w[w > 0]) / LIMITS.refinement_far, np.max(w) * LIMITS.refinement_far
+    lower, upper = np.repeat(np.log([around, LIMITS.refinement_damping]).T, m, axis=1)
     solution = minimise(
         evaluate, start, mean=start, precision=HARDLY * np.eye(2 * m), iterations=iterations,
         tolerance=TOLERANCE, steps=StepRule(bounds=(lower, upper), moved=moved),

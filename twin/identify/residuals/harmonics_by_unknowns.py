@@ -65,8 +65,8 @@ class PointHarmonics:
         of_law
             Whether these are the unknowns, among them the law's, with which the forces change as well.
         """
-        laws, local, (*_, p2, k) = self.baseline.laws, self.model.local, moved.shape
-        ports, slip = self.model.moving[:p2], self.model.moving[p2 // 2 : p2]
+        laws, local, p, k = self.baseline.laws, self.model.local, len(self.model.points), moved.shape[3]
+        ports, slip = self.model.moving[: 2 * p], self.model.moving[p : 2 * p]
         by_loss = [  # at each slip, whose change is not known yet
             -1j * h * R[:, ports[:, None], slip] * motion[:, None, slip]
             for h, (R, *_), motion in zip(self.model.orders, self.around, self.motion, strict=True)
@@ -75,7 +75,7 @@ class PointHarmonics:
         by_softening, (of_openings, of_slips) = sensitivity(
             laws, self.openings, self.balance.motion, moved, slaps=self.model.slaps
         )
-        direct = np.zeros((len(moved), p2 // 2, k))
+        direct = np.zeros((len(moved), p, k))
         if of_law:
             by_law = local.by_law(laws, np.abs(self.found.motion), self.found.added.squares)
             for joint, (columns, (_, lossier)) in enumerate(zip(by_softening, by_law, strict=True)):

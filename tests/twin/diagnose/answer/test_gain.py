@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.answer.comparison import predicted_harmonics
+from twin.diagnose.answer.comparison import predicted_harmonics, second_harmonic
 from twin.diagnose.answer.gain import measure_gain
 from twin.diagnose.fitted_model import CauseHypothesis, fit_model
 from twin.diagnose.models import CAUSES
@@ -91,11 +91,11 @@ def test_of_a_stop_that_nothing_touched_before_any_second_harmonic_is_expected(d
     model = fitted(learnt)
     largest = np.max(unseen.steps.amplitude_m)
     values = {"stiffness_N_per_m": 200.0, "gap_m": 0.6 * largest, "position_m": load_rig("steel-lap-joint").length}
-    stop = replace(model, hypotheses=(CauseHypothesis(CAUSES["ground-stop"], "", values, {}),))
+    stop = replace(model, hypotheses=(CauseHypothesis(CAUSES["ground-stop"], {}, values, {}),))
     harmonics = harmonic_residuals(ResidualModel(unseen), model.baseline)
     made = predicted_harmonics(unseen, stop, harmonics) - harmonics.residual
     response = unseen.steps.response.copy()
-    response[:, :, 1] += made[:, harmonics.orders == 2][:, 0]
+    response[:, :, 1] += second_harmonic(harmonics, made)
     struck = replace(unseen, steps=replace(unseen.steps, response=response))
     gains = [
         measure_gain((seen, None), struck, model, stop, runs=(), sweeps=())
