@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Self
 
 import numpy as np
 from scipy.special import ndtr
@@ -14,7 +16,6 @@ from twin.diagnose.cause import Cause
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.identify.base_fit import baseline_bounds
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.cholesky import Cholesky
 from twin.identify.gauss_newton import Solution, StepRule, minimise, minimise_reweighted
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import largest_step
@@ -248,10 +249,13 @@ class FitProblem:
     def weighed(self, x: Array | None = None) -> WeighedProblem:
         """With what a fit holds that begins at a vector, the start if not given."""
         at = self.x0 if x is None else x
-        begun = WeighedProblem(self, self.residual_model(at).linearisation(self.baseline(at)), at)
-        if not self.slots or begun.held.balance is None:
-            return begun
-        return replace(begun, held=replace(begun.held, by_causes=begun.added_by_causes()))
+        return WeighedProblem(self, self.residual_model(at).linearisation(self.baseline(at)), at)
+
+    def on_branch(self, held: Linearisation) -> FitProblem:
+        """The same where motions are looked for near those of another beginning."""
+        problem = copy(self)
+        problem.start = replace(self.start, branch=held.baseline.branch)
+        return problem
 
     def sides(self, x: Array, number: int, *, coarse: float = 0.0) -> tuple[Array, Array]:
         """Vectors with less and with more of one of the causes' parameters, inside its limits."""
@@ -304,19 +308,22 @@ class WeighedProblem:
         if isinstance(model, ResidualModel) and at_ports:
             own, whole = list(at_ports), modification_of(problem.evidence, problem.hypotheses(x))
             with_ports = partial(PortModel, problem.evidence, whole, problem.harmonics, held=self._held(x))
-            added = None if self.held.by_causes is None else self.held.by_causes[:, :, own]
+            added = None if self._by_causes is None else self._by_causes[:, :, own]
             changes = port_changes(with_ports, model.model.structure, baseline, list(at_ports.values()), added=added)
             columns[:, own] = np.column_stack(list(changes))
         return replace(found, jacobian=np.column_stack([found.jacobian, columns]))
 
-    def added_by_causes(self) -> Array:
+    @cached_property
+    def _by_causes(self) -> Array | None:
         """Derivatives (s, 2 p, k) by the causes' parameters of what harmonics add beside what a residual has anyway.
 
         Motion at the place of a cause's force goes with that place, and the force's harmonics move the joints.
         """
+        if not self.problem.slots or self.held.balance is None:
+            return None
 
         def beyond(x: Array, start: Array | None = None) -> tuple[Array, Array]:
-            model = self._residual_model(x)
+            model = self.problem.residual_model(x, self.held)
             assert isinstance(model, ResidualModel)
             return model.added_beyond(self.held, self.problem.baseline(x), start=start)
 
@@ -325,7 +332,8 @@ class WeighedProblem:
         return np.stack([by(number) for number in range(self.problem.count, len(self.at))], axis=2)
 
     def _held(self, x: Array) -> Linearisation:
-        return self.held.moved((x - self.at)[self.problem.count :])
+        change = (x - self.at)[self.problem.count :]
+        return self.held.adding(self._by_causes @ change) if change.any() and self._by_causes is not None else self.held
 
     def _residual_model(self, x: Array) -> ResidualModel | FrequencyModel:
         return self.problem.residual_model(x, self._held(x))
@@ -359,26 +367,51 @@ def fit_model(
     problem = FitProblem(
         evidence, harmonics, start, hypotheses, errors=errors, held=options.held, frozen=options.frozen
     )
+    begun = _Round(problem.weighed(np.clip(problem.x0, *problem.bounds)), tolerances, options.tolerance)
+    rounds, tolerance, iterations = options.rounds, options.tolerance, options.iterations
+    solution, last = minimise_reweighted(begun, rounds=rounds, tolerance=tolerance, iterations=iterations)
+    return fitted(problem.on_branch(last.weighed.held), solution)
 
-    def solve(x: Array, *, iterations: int) -> Solution:
-        weighed = problem.weighed(x)
-        white = LowRankWhitening.of(tolerances.whitened(weighed.held)) if tolerances else np.asarray
+
+@dataclass(frozen=True)
+class _Round:
+    """A search of a fit."""
+
+    weighed: WeighedProblem
+    tolerances: ResidualColumns | None
+    tolerance: float
+
+    @property
+    def x(self) -> Array:
+        return self.weighed.at
+
+    def begun_at(self, x: Array) -> Self:
+        return replace(self, weighed=self.weighed.problem.on_branch(self.weighed.held).weighed(x))
+
+    @cached_property
+    def _white(self) -> Callable[[Array], Array]:
+        held, tolerances = self.weighed.held, self.tolerances
+        return LowRankWhitening.of(tolerances.whitened(held)) if tolerances else np.asarray
+
+    def solve(self, *, iterations: int) -> Solution:
+        problem, weighed, white = self.weighed.problem, self.weighed, self._white
 
         def evaluate(x: Array) -> tuple[Array, Array]:
             found = weighed.evaluate(x)
             return white(found.residual), white(found.jacobian)
 
         return minimise(
-            evaluate, x, mean=problem.mean, precision=problem.precision, iterations=iterations,
-            tolerance=options.tolerance, steps=StepRule(
+            evaluate, self.x, mean=problem.mean, precision=problem.precision, iterations=iterations,
+            tolerance=self.tolerance, steps=StepRule(
                 bounds=problem.bounds, largest=problem.largest_step, moved=problem.moved,
                 residual_alone=lambda x: white(weighed.predict(x).residual),
             ),
         )  # fmt: skip
 
-    rounds, tolerance, iterations = options.rounds, options.tolerance, options.iterations
-    solution = minimise_reweighted(solve, problem.x0, rounds=rounds, tolerance=tolerance, iterations=iterations)
-    return fitted(problem, solution)
+    def cost_at(self, there: Self) -> float:
+        problem, held = self.weighed.problem, there.weighed.held.weighted_as(self.weighed.held)
+        r, away = self._white(replace(there.weighed, held=held).predict(there.x).residual), there.x - problem.mean
+        return float(r @ r + away @ problem.precision @ away)
 
 
 def fitted(problem: FitProblem, solution: Solution) -> FittedModel:
@@ -389,12 +422,5 @@ def fitted(problem: FitProblem, solution: Solution) -> FittedModel:
         errors=problem.errors,
         solution=solution,
         log_evidence=float("nan"),
-        dof=len(solution.residual) - _free_count(solution),
+        dof=len(solution.residual) - solution.determined,
     )
-
-
-def _free_count(solution: Solution) -> int:
-    """Parameters that the data determine rather than the prior, rounded; none where the fit could not begin."""
-    if solution.ended == "not finite":
-        return 0
-    return round(float(np.trace(Cholesky.of(solution.information).solve(solution.jacobian.T @ solution.jacobian))))

@@ -1,7 +1,9 @@
 """Fit the base family - linear parameters and the joint's law - to all evidence at once."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +22,7 @@ from twin.identify.nonlinear.opening_harmonics import balance_openings
 from twin.identify.residuals.error_model import ErrorModel, continuation
 from twin.identify.residuals.frequency_model import FrequencyModel, starting_moduli
 from twin.identify.residuals.likelihood import nominal_base, residual_model, sound_errors
+from twin.identify.residuals.linearisation import Linearisation
 from twin.identify.residuals.natural_frequencies import MeasuredFrequencies
 from twin.identify.residuals.residual_model import ResidualModel
 
@@ -195,19 +198,18 @@ def _fitted_from(
     bounds = (baseline_bounds(baseline, 0), baseline_bounds(baseline, 1))
     for level in continuation(errors):
         enough = tolerance if level is errors else LIMITS.coarse_tolerance
-        solve = _Search(evidence, baseline, bounds, held, level, enough / 10)
-        solution = minimise_reweighted(
-            solve, baseline.vector, rounds=LIMITS.base_fit_reweighted, tolerance=enough, iterations=30
-        )
-        baseline = baseline.with_vector(solution.x)
+        start = np.clip(baseline.vector, *bounds)
+        begun = _Round(evidence, baseline, bounds, held, level, enough / 10, start)
+        solution, last = minimise_reweighted(begun, rounds=LIMITS.base_fit_reweighted, tolerance=enough, iterations=30)
+        baseline = replace(baseline.with_vector(solution.x), branch=last.here.baseline.branch)
         if solution.cost > LIMITS.base_fit_followed * len(solution.residual):
             break  # what does not follow the data here is led astray by smaller errors
     return BaseFit(baseline, solution, errors.with_log_sizes(level.log_sizes))
 
 
 @dataclass(frozen=True)
-class _Search:
-    """The minimum from some unknowns, with what is held there."""
+class _Round:
+    """A search from some unknowns, with what is held there."""
 
     evidence: MeasuredData
     start: BaselineParameters
@@ -215,21 +217,38 @@ class _Search:
     held: NDArray[np.int64]
     errors: ErrorModel
     tolerance: float
+    x: Array
 
-    def __call__(self, x: Array, *, iterations: int) -> Solution:
-        start, held = self.start, self.held
-        here = residual_model(self.evidence, errors=self.errors).linearisation(start.with_vector(x))
-        model = residual_model(self.evidence, errors=self.errors, held=here)
-        mean, precision = model.prior(start)
-        mean[held], precision[held, held] = 0.0, HELD_PRECISION
+    def begun_at(self, x: Array) -> Self:
+        return replace(self, x=x, start=replace(self.start, branch=self.here.baseline.branch))
+
+    @cached_property
+    def here(self) -> Linearisation:
+        """What is held."""
+        return residual_model(self.evidence, errors=self.errors).linearisation(self.start.with_vector(self.x))
+
+    def _prior(self, model: ResidualModel | FrequencyModel) -> tuple[Array, Array]:
+        mean, precision = model.prior(self.start)
+        mean[self.held], precision[self.held, self.held] = 0.0, HELD_PRECISION
+        return mean, precision
+
+    def solve(self, *, iterations: int) -> Solution:
+        model = residual_model(self.evidence, errors=self.errors, held=self.here)
+        mean, precision = self._prior(model)
 
         def evaluate(x: Array) -> tuple[Array, Array]:
-            prediction = model.evaluate(start.with_vector(x))
+            prediction = model.evaluate(self.start.with_vector(x))
             return prediction.residual, prediction.jacobian
 
         # Few frequencies may leave a modulus open, which would run off.
-        largest = largest_step(start.base) if isinstance(model, FrequencyModel) else None
+        largest = largest_step(self.start.base) if isinstance(model, FrequencyModel) else None
         return minimise(
-            evaluate, x, mean=mean, precision=precision, iterations=iterations, tolerance=self.tolerance,
+            evaluate, self.x, mean=mean, precision=precision, iterations=iterations, tolerance=self.tolerance,
             steps=StepRule(bounds=self.bounds, largest=largest),
         )  # fmt: skip
+
+    def cost_at(self, there: Self) -> float:
+        model = residual_model(self.evidence, errors=self.errors, held=there.here.weighted_as(self.here))
+        mean, precision = self._prior(model)
+        r, away = model.evaluate(self.start.with_vector(there.x), sensitivities=False).residual, there.x - mean
+        return float(r @ r + away @ precision @ away)

@@ -1,8 +1,8 @@
 """Gauss-Newton with Levenberg damping and a Gaussian prior: bounded, and every accepted step lowers the cost."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Literal, Protocol, Self, TypeVar
 
 import numpy as np
 
@@ -53,6 +53,13 @@ class Solution:
     def covariance(self) -> Array:
         """Of the parameters, to first order."""
         return Cholesky.of(self.information).inverse
+
+    @property
+    def determined(self) -> int:
+        """How many parameters the data determine rather than the prior, rounded; none where it could not begin."""
+        if self.ended == "not finite":
+            return 0
+        return round(float(np.trace(Cholesky.of(self.information).solve(self.jacobian.T @ self.jacobian))))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,37 +170,64 @@ def minimise(
     return Solution(x, chi2, penalty, J.T @ J + precision, residual, J, tuple(history), ended)
 
 
-def minimise_reweighted(
-    solve: Callable[..., Solution], start: Array, *, rounds: int, tolerance: float, iterations: int
-) -> Solution:
-    """Minimise a cost that holds what depends on the parameters only slowly: its weights, what harmonics add.
+class Round(Protocol):
+    """A search that holds what it found where it begins: its weights, and what of the model is costly to follow."""
 
-    Each round holds that where the last one ended.  Where rounds gain nothing more, the last is the answer; where they
-    never come to that, the round's beginning at which the cost with what is held there is the least.
+    @property
+    def x(self) -> Array:
+        """Where it begins."""
+
+    def begun_at(self, x: Array) -> Self:
+        """The next one."""
+
+    def solve(self, *, iterations: int) -> Solution:
+        """:func:`minimise` from there."""
+
+    def cost_at(self, there: Self) -> float:
+        """The cost where another round begins, with what that holds of the model and this one's weights."""
+
+
+R = TypeVar("R", bound=Round)
+
+
+def minimise_reweighted(begun: R, *, rounds: int, tolerance: float, iterations: int) -> tuple[Solution, R]:
+    """Minimise a cost in rounds that each hold what was found where the last one ended (iterative reweighting).
+
+    What is held may lead too far: of each round as much is taken as lowers the cost once it is found anew, whole or
+    halved until it does.  Weights have no part in that, for large ones are no worse than small ones.
 
     Parameters
     ----------
-    solve
-        Called as ``solve(x, iterations=...)``: :func:`minimise` from x with what is held there.
     rounds
         At most.
     tolerance
         A round that gains less ends the search, see :meth:`Solution.gained_little`.
+
+    Returns
+    -------
+    Solution
+        Of the last round.
+    Round
+        That one.
     """
-    best = solution = solve(start, iterations=iterations)
-    begun = start
+    solution = begun.solve(iterations=iterations)
     for left in reversed(range(rounds)):
-        if solution.ended == "not finite":
+        if solution.ended == "not finite" or solution.gained_little(tolerance):
             break
-        if solution.gained_little(tolerance) and solution.history[0] <= best.history[0] * (
-            1 + LIMITS.gauss_newton_same
-        ):
-            return solution
-        ahead = solution.x
-        solution = solve(ahead, iterations=iterations if left else 0)
-        if solution.history[0] < best.history[0]:
-            best, begun = solution, ahead
-    return best if best is solution else solve(begun, iterations=0)
+        ahead = _next(begun, solution)
+        if ahead is None:
+            return replace(begun.solve(iterations=0), ended="stuck"), begun
+        begun, solution = ahead, ahead.solve(iterations=iterations if left else 0)
+    return solution, begun
+
+
+def _next(begun: R, solution: Solution) -> R | None:
+    """The round that begins where one ended, or on the way there."""
+    for halved in range(LIMITS.gauss_newton_halved):
+        ahead = begun.begun_at(begun.x + (solution.x - begun.x) / 2**halved)
+        if begun.cost_at(ahead) < solution.history[0]:
+            return ahead
+    return None
 
 
 def _shorter(step: Array, largest: Array | None) -> float:

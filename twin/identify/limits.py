@@ -80,8 +80,8 @@ class Limits:
     """Most sets of limits tried for one step; nearly all end within five."""
     gauss_newton_left: float = 0.1
     """Of the tolerance, what an undamped step may still promise where no further one is tried."""
-    gauss_newton_same: float = 0.01
-    """Relative difference of costs that new weights alone make."""
+    gauss_newton_halved: int = 6
+    """Most parts of a round that are tried, each half of the last."""
     # harmonics.py
     signature_error: float = 0.04
     """Relative error of the joint's signature."""

@@ -104,21 +104,30 @@ class ForwardModel(LinearForwardModel):
         omega = self.step_omega(baseline)
         free = self.receptance(omega, baseline.base, time, inner=inner, points=True, drive=self.evidence.steps.drive)
         around = self.surroundings(free, omega)
-        if held is not None:
-            # A model with further forces may be held to a balance without them: they come last.
-            stiffness, added = np.zeros_like(around.driven), held.added.of_ports(len(self.moving))
-            stiffness[:, : held.stiffness.shape[1]] = held.stiffness
-            start = np.abs(around.motion(stiffness))
-            found = self.local_at(held).balance(baseline.laws, omega, around, added=added, start=start)
-        else:
-            found = self._with_harmonics(baseline, omega, around)
+        near, added, start = held or self._on_branch(baseline), None, None
+        if near is not None:
+            # A model with further forces may be near a balance without them: they come last.
+            stiffness, added = np.zeros_like(around.driven), near.added.of_ports(len(self.moving))
+            same = min(stiffness.shape[1], near.stiffness.shape[1])
+            stiffness[:, :same] = near.stiffness[:, :same]
+            start = around.motion(stiffness)
+        local = self.local if held is None else self.local_at(held)
+        found = local.balance(baseline.laws, omega, around, added=added, start=start)
+        if held is None and has_harmonics(baseline.laws, self.slaps) and len(omega):
+            found = self._with_harmonics(baseline, omega, around, found)
         return update_receptance(free, self.moving, found.stiffness), omega, found
 
-    def _with_harmonics(self, baseline: BaselineParameters, omega: Array, around: Surroundings) -> Balance:
+    def _on_branch(self, baseline: BaselineParameters) -> Balance | None:
+        """A balance at these steps to begin from."""
+        branch, steps = baseline.branch, self.evidence.steps
+        if branch is None or not np.array_equal(branch.omega, steps.omega):
+            return None
+        return branch.balance if np.array_equal(branch.amplitude_m, steps.amplitude_m) else None
+
+    def _with_harmonics(
+        self, baseline: BaselineParameters, omega: Array, around: Surroundings, found: Balance
+    ) -> Balance:
         """Fundamentals and harmonics of the layer's openings, in turn."""
-        found = self.local.balance(baseline.laws, omega, around)
-        if not (has_harmonics(baseline.laws, self.slaps) and len(omega)):
-            return found
         p, changed, largest = len(self.points), np.inf, 0.0
         harmonics = np.zeros((len(omega), len(self.orders), p), complex)
         before: tuple[Added, Array] | None = None
@@ -146,7 +155,7 @@ class ForwardModel(LinearForwardModel):
             growth = growth_of_more(baseline.laws, openings, balance, self.slaps)
             added, used = Added(more, growth, finite_log(amplitude[:, :p]), squares), here.added.squares
             taken, local = accelerated(added, used, before), self.local_at(found).of_steps(rows)
-            moved = local.balance(baseline.laws, omega[rows], around.of_steps(rows), added=taken, start=amplitude)
+            moved = local.balance(baseline.laws, omega[rows], around.of_steps(rows), added=taken, start=here.motion)
             found = found.with_steps(rows, moved)
             if turn:
                 left = np.flatnonzero(change >= HARMONICS_SETTLED * largest)

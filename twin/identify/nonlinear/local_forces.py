@@ -170,15 +170,15 @@ class LocalForces:
         added
             Stiffness beside that of the law and the forces; none by default.
         start : ndarray, (s, n)
-            Amplitudes to begin from; those without any force by default.
+            Complex amplitudes to begin from; those without any force by default.
         """
         added = added or Added.nothing(around.driven.shape, self.points)
         omega = omega.real  # a motion that still grows has its frequency's forces
         if not around.driven.size:  # nothing of the rig goes by an amplitude
             return Balance(around.driven, around.driven, added, np.zeros(len(omega)))
         if start is None:
-            start = np.abs(around.motion(np.zeros_like(around.driven)))
-        motion = np.maximum(start, 1e-300) + 0j
+            start = around.motion(np.zeros_like(around.driven))
+        motion = np.where(start == 0, 1e-300 + 0j, start)
         arrays = (
             *packed_laws(laws, self.joint), self.weights, around.among, around.driven, around.reference,
             around.to_reference, around.amplitude, added.stiffness, added.growth, added.log_amplitude,

@@ -39,21 +39,17 @@ class Linearisation:
     lost: LostContact | None
     """The layer's openings, where contact is lost there."""
     baseline: BaselineParameters
-    """That the balance was found with."""
+    """That the balance was found with, and in them itself, to find the next one from."""
     by_unknowns: Array | None
     """Derivative by each unknown of what the harmonics add at the points, (s, 2 p, u)."""
     made_of: ErrorSources | None = None
     """What the covariances came from; none where they were given."""
-    by_causes: Array | None = None
-    """Derivative by each of the causes' parameters of what the harmonics add at the points, (s, 2 p, k)."""
     harmonics: Whitening | None = None
     """Of the higher harmonics, where these are data, too, (s, h, o, o)."""
 
-    def moved(self, change: Array) -> Linearisation:
-        """The same where the causes' parameters are others by `change` (k,), to first order."""
-        if self.balance is None or self.by_causes is None:
-            return self
-        return self.adding(self.by_causes @ change)
+    def weighted_as(self, other: Linearisation) -> Linearisation:
+        """The same with another's weights."""
+        return replace(self, broadband=other.broadband, steps=other.steps, harmonics=other.harmonics)
 
     def adding(self, more: Array) -> Linearisation:
         """The same where harmonics add so much more (s, n) to the stiffness of the first ports."""

@@ -21,7 +21,7 @@ from twin.identify.linear.linear_fit import base_prior
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.nonlinear.balance import Balance
+from twin.identify.nonlinear.balance import Balance, Branch
 from twin.identify.nonlinear.joint_law import curve_precision
 from twin.identify.nonlinear.local_forces import Influence
 from twin.identify.nonlinear.opening_harmonics import balance_openings
@@ -224,7 +224,8 @@ class ResidualModel(ForwardModel):
         white = made_of.of_broadband(errors.broadband), made_of.of_steps(errors.steps)
         if state is None:
             return Linearisation(*white, None, None, baseline, None, made_of)
-        found, harmonics = state[2], made_of.of_harmonics(errors.harmonics)
+        found, harmonics, steps = state[2], made_of.of_harmonics(errors.harmonics), self.evidence.steps
+        baseline = replace(baseline, branch=Branch(steps.omega, steps.amplitude_m, found))
         by_unknowns, lost = harmonics_by_unknowns(self, baseline, found) if sensitivities else (None, None)
         return Linearisation(*white, found, lost, baseline, by_unknowns, made_of, harmonics=harmonics)
 
