@@ -16,7 +16,8 @@ from twin.diagnose.answer.extended import updated_rig_file
 from twin.diagnose.answer.gain import Gain, elsewhere, measure_gain
 from twin.diagnose.answer.result import Diagnosis, Misfit
 from twin.diagnose.effects import left_out_effects
-from twin.diagnose.fitted_model import CauseHypothesis, FittedModel
+from twin.diagnose.fit_problem import CauseHypothesis
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing import find_missing_force
 from twin.diagnose.model_evidence import unexplained

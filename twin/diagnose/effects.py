@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from recordings.errors import InputError, blamed_on
-from twin.diagnose.fitted_model import CauseHypothesis
+from twin.diagnose.fit_problem import CauseHypothesis
 from twin.diagnose.models import CAUSES
 from twin.diagnose.places import from_told_place, told_place
 from twin.identify.measured_data import MeasuredData

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from twin.arrays import Array
-from twin.diagnose.fitted_model import WeighedProblem
+from twin.diagnose.fit_problem import WeighedProblem
 from twin.diagnose.residual_columns import KINDS, ResidualColumns, tolerances_of
 from twin.identify.cholesky import Cholesky
 from twin.identify.gauss_newton import not_held_back

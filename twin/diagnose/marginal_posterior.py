@@ -8,7 +8,8 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.diagnose.cause import Parameter
-from twin.diagnose.fitted_model import FitOptions, FitProblem, fit_model
+from twin.diagnose.fit_problem import FitProblem
+from twin.diagnose.fitted_model import FitOptions, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.posterior import temperature

@@ -11,7 +11,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from twin.arrays import Array
-from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FitProblem, FittedModel, fit_model
+from twin.diagnose.fit_problem import CauseHypothesis, FitProblem
+from twin.diagnose.fitted_model import FitOptions, FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.marginal_posterior import marginal_over_places

@@ -11,7 +11,8 @@ from recordings.run import Run
 from twin.arrays import Array
 from twin.diagnose.answer.comparison import SweepComparison
 from twin.diagnose.answer.result import Diagnosis
-from twin.diagnose.fitted_model import FittedModel, modification_of
+from twin.diagnose.fit_problem import modification_of
+from twin.diagnose.fitted_model import FittedModel
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward.broadband_response import broadband_response
 from twin.identify.gauss_newton import Solution

@@ -10,7 +10,7 @@ from recordings.errors import InputError
 from twin.bench import draw_case
 from twin.diagnose.cause import strengths_of
 from twin.diagnose.effects import acting_effects
-from twin.diagnose.fitted_model import modification_of
+from twin.diagnose.fit_problem import modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.model_modification import ModelModification
 from twin.identify.residuals.harmonics import harmonic_residuals

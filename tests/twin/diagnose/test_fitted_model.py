@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FitProblem, fit_model, modification_of
+from twin.diagnose.fit_problem import CauseHypothesis, FitProblem, modification_of
+from twin.diagnose.fitted_model import FitOptions, fit_model
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import fit_base
 from twin.identify.measured_data import gather_data

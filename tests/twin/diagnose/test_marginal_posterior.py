@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FitProblem, fit_model, modification_of
+from twin.diagnose.fit_problem import CauseHypothesis, FitProblem, modification_of
+from twin.diagnose.fitted_model import FitOptions, fit_model
 from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.marginal_posterior import marginal_over_places
 from twin.diagnose.models import CAUSES

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fitted
+from twin.diagnose.fit_problem import CauseHypothesis, FitProblem
+from twin.diagnose.fitted_model import fitted
 from twin.diagnose.marginal_likelihood import MarginalLikelihood
 from twin.diagnose.model_evidence import infer_errors, unexplained, with_spread
 from twin.diagnose.models import CAUSES

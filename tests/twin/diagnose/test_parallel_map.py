@@ -16,7 +16,8 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose import in_processes
-from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, fit_model, modification_of
+from twin.diagnose.fit_problem import CauseHypothesis, modification_of
+from twin.diagnose.fitted_model import FitOptions, fit_model
 from twin.diagnose.models import CAUSES
 from twin.diagnose.parallel_map import parallel_map
 from twin.identify.base_fit import fit_base

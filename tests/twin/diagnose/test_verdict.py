@@ -7,7 +7,8 @@ from typing import Any, cast
 
 import pytest
 
-from twin.diagnose.fitted_model import CauseHypothesis, FittedModel
+from twin.diagnose.fit_problem import CauseHypothesis
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, LOG_ODDS_OF_UNKNOWN
 from twin.diagnose.selection.search import Search, Stage

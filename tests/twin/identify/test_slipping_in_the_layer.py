@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from twin.bench import BenchSetup, open_bench
-from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, fit_model, modification_of
+from twin.diagnose.fit_problem import CauseHypothesis, modification_of
+from twin.diagnose.fitted_model import FitOptions, fit_model
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import law_from_steps
 from twin.identify.linear.linear_model import nominal_parameters

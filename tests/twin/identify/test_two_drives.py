@@ -10,7 +10,8 @@ from drawn_frames import CLAMP, SHAKER, beam, drawn, read
 from recordings import InputError, read_run
 from twin.bench import BenchSetup, no_law, open_bench
 from twin.checks import first_look
-from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, fit_model
+from twin.diagnose.fit_problem import CauseHypothesis
+from twin.diagnose.fitted_model import FitOptions, fit_model
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import fit_base
 from twin.identify.forward.forward_model import ForwardModel

@@ -17,7 +17,8 @@ from twin.diagnose.answer.comparison import compare_sweeps, predicted_steps
 from twin.diagnose.answer.exclusion import Exclusion
 from twin.diagnose.answer.gain import Gain, HeldOutError
 from twin.diagnose.answer.result import Diagnosis, Estimate, Misfit, NamedCause
-from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
+from twin.diagnose.fit_problem import CauseHypothesis, modification_of
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.models import CAUSES
 from twin.diagnose.selection.search import Search
 from twin.identify.baseline_parameters import BaselineParameters

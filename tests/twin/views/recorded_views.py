@@ -12,7 +12,8 @@ from needed import program
 from rerun.chunk import RrdReader
 
 from recordings import Channel, DeviceSamples, Event, Run, SampleBlock, Step, StepState
-from twin.diagnose.fitted_model import CauseHypothesis, FittedModel
+from twin.diagnose.fit_problem import CauseHypothesis
+from twin.diagnose.fitted_model import FittedModel
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
 from twin.identify.residuals.error_model import SOUND

@@ -10,7 +10,7 @@ from recorded_views import LEVELS_N, FREQUENCIES_Hz, fitted_model, sdof_receptan
 
 from recordings import Run
 from twin.diagnose.answer.result import Diagnosis
-from twin.diagnose.fitted_model import CauseHypothesis, modification_of
+from twin.diagnose.fit_problem import CauseHypothesis, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.measured_data import MeasuredData

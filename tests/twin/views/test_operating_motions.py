@@ -11,7 +11,7 @@ from recorded_views import columns, value_at
 
 from twin.diagnose.answer.comparison import predicted_steps
 from twin.diagnose.answer.result import Diagnosis
-from twin.diagnose.fitted_model import modification_of
+from twin.diagnose.fit_problem import modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.gauss_newton import Solution
 from twin.identify.residuals.residual_model import ResidualModel

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.arrays import Array
-from twin.diagnose.fitted_model import FittedModel, modification_of
+from twin.diagnose.fit_problem import modification_of
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.limits import LIMITS
 from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.measured_data import MeasuredData

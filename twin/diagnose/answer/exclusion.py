@@ -13,7 +13,7 @@ import numpy as np
 
 from twin.diagnose.answer.parameter_text import size_text
 from twin.diagnose.cause import Parameter, strengths_of
-from twin.diagnose.fitted_model import CauseHypothesis
+from twin.diagnose.fit_problem import CauseHypothesis
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.places import told_place
 from twin.diagnose.posterior import log_odds, temperature

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from twin.arrays import Array
 from twin.diagnose.answer.comparison import noise_floors, relative_errors, second_harmonic, stands_out
-from twin.diagnose.fitted_model import FitProblem, FittedModel
+from twin.diagnose.fit_problem import FitProblem
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.identify.cholesky import Cholesky
 from twin.identify.frequency_shifts import swept_modes

@@ -6,7 +6,7 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.diagnose.cause import Cause, Parameter, Values
-from twin.diagnose.fitted_model import CauseHypothesis
+from twin.diagnose.fit_problem import CauseHypothesis
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing.terms import TERMS, Term
 from twin.diagnose.places import place_at, position, single_point

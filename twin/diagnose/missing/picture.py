@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from twin.arrays import Array
-from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FittedModel, fit_model, modification_of
+from twin.diagnose.fit_problem import CauseHypothesis, modification_of
+from twin.diagnose.fitted_model import FitOptions, FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
 from twin.diagnose.missing.terms import TERMS, Term

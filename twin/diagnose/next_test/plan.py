@@ -9,7 +9,8 @@ from recordings.errors import InputError
 from recordings.run import Run
 from recordings.streams import SampleSource
 from twin.diagnose.answer.result import NextSensor, NextTest
-from twin.diagnose.fitted_model import FittedModel, modification_of
+from twin.diagnose.fit_problem import modification_of
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import predict_test_data
 from twin.diagnose.next_test.proposal import Proposal, propose

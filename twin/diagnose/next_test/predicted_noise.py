@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from twin.diagnose.fitted_model import FittedModel, modification_of
+from twin.diagnose.fit_problem import modification_of
+from twin.diagnose.fitted_model import FittedModel
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.spectra.broadband import BinnedResponse, response_bins

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twin.arrays import Array
-from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
+from twin.diagnose.fit_problem import FitProblem, modification_of
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import PredictedData
 from twin.diagnose.next_test.separation import Promise, least_promise

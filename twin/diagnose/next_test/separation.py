@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twin.diagnose.fitted_model import FitProblem, FittedModel
+from twin.diagnose.fit_problem import FitProblem
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.limits import LIMITS as DIAGNOSE
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import PredictedData

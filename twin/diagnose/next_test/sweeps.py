@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twin.arrays import Array
-from twin.diagnose.fitted_model import FittedModel, modification_of
+from twin.diagnose.fit_problem import modification_of
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.next_test.limits import LIMITS
 from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.linear.structural_modification import update_receptance

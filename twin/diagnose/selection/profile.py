@@ -11,7 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from twin.diagnose.cause import Parameter
-from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FittedModel, fit_model
+from twin.diagnose.fit_problem import CauseHypothesis
+from twin.diagnose.fitted_model import FitOptions, FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.identify.measured_data import MeasuredData

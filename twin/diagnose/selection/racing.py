@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
+from twin.diagnose.fit_problem import CauseHypothesis, modification_of
+from twin.diagnose.fitted_model import FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import fit_with_errors, likeliest, settled_fit
 from twin.diagnose.parallel_map import parallel_map

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from twin.diagnose.cause import strengths_of
-from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FittedModel, fit_model, modification_of
+from twin.diagnose.fit_problem import CauseHypothesis, modification_of
+from twin.diagnose.fitted_model import FitOptions, FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import likeliest
 from twin.diagnose.parallel_map import parallel_map

@@ -22,13 +22,8 @@ import numpy as np
 
 from twin.arrays import Array
 from twin.diagnose.cause import Cause, Parameter, strengths_of
-from twin.diagnose.fitted_model import (
-    CauseHypothesis,
-    FitProblem,
-    FittedModel,
-    WeighedProblem,
-    modification_of,
-)
+from twin.diagnose.fit_problem import CauseHypothesis, FitProblem, WeighedProblem, modification_of
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.marginal_likelihood import AboutFit, MarginalLikelihood
 from twin.diagnose.model_evidence import fit_with_errors

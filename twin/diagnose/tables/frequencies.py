@@ -19,7 +19,8 @@ from twin.diagnose.answer.parameter_text import parameters_text
 from twin.diagnose.answer.result import IN_WORDS, Estimate, Misfit, NamedCause, Verdict
 from twin.diagnose.cause import Cause
 from twin.diagnose.effects import with_effects
-from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FittedModel, fit_model, modification_of
+from twin.diagnose.fit_problem import CauseHypothesis, modification_of
+from twin.diagnose.fitted_model import FitOptions, FittedModel, fit_model
 from twin.diagnose.model_evidence import fit_with_errors, unexplained
 from twin.diagnose.models import CAUSES
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, RARER_IN_FREQUENCIES, least_gain, log_weight

@@ -9,7 +9,7 @@ import rerun.blueprint as rrb
 
 from twin.diagnose.answer.comparison import SweepComparison
 from twin.diagnose.answer.result import Diagnosis
-from twin.diagnose.fitted_model import modification_of
+from twin.diagnose.fit_problem import modification_of
 from twin.identify.measured_data import MeasuredData
 from twin.views.curves import compared_models, each_resonance
 from twin.views.operating import modal_motion, operating_motions

@@ -10,7 +10,8 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose.answer.comparison import compare_sweeps, noise_floors, predicted_steps, relative_errors
-from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
+from twin.diagnose.fit_problem import CauseHypothesis, modification_of
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import starting_baseline
 from twin.identify.measured_data import gather_data

@@ -7,7 +7,7 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose.answer.exclusion import exclusion_limits, hidden_at_limit
-from twin.diagnose.fitted_model import CauseHypothesis
+from twin.diagnose.fit_problem import CauseHypothesis
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.models import CAUSES
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE

@@ -10,7 +10,8 @@ import pytest
 from recordings import read_run
 from twin.diagnose.answer.comparison import predicted_harmonics, second_harmonic
 from twin.diagnose.answer.gain import measure_gain
-from twin.diagnose.fitted_model import CauseHypothesis, fit_model
+from twin.diagnose.fit_problem import CauseHypothesis
+from twin.diagnose.fitted_model import fit_model
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import fit_base
 from twin.identify.measured_data import gather_data

@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from twin.diagnose.fitted_model import CauseHypothesis
+from twin.diagnose.fit_problem import CauseHypothesis
 from twin.diagnose.missing import FittedTerm, ForceAtLevel, MissingForce
 from twin.diagnose.missing.force import (
     LocalForce,

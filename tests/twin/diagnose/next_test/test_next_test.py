@@ -10,7 +10,8 @@ from beam_rows import deflection
 
 from recordings import read_run
 from recordings.errors import InputError
-from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FitProblem, fit_model, modification_of
+from twin.diagnose.fit_problem import CauseHypothesis, FitProblem, modification_of
+from twin.diagnose.fitted_model import FitOptions, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.models import CAUSES
 from twin.diagnose.next_test import plan_next_test, sensor_place

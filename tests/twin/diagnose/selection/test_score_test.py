@@ -13,7 +13,8 @@ from numpy.linalg import norm
 from recordings import read_run
 from twin.causes.joint_stiffness.model import SCALE
 from twin.diagnose.cause import Cause, strengths_of
-from twin.diagnose.fitted_model import CauseHypothesis, FitOptions, FitProblem, FittedModel, fit_model, modification_of
+from twin.diagnose.fit_problem import CauseHypothesis, FitProblem, modification_of
+from twin.diagnose.fitted_model import FitOptions, FittedModel, fit_model
 from twin.diagnose.models import CAUSES
 from twin.diagnose.selection import score_test
 from twin.diagnose.selection.score_test import score_causes

@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 from recordings.tables import FrequencyTable
 from studies.tables import load_study
-from twin.diagnose.fitted_model import CauseHypothesis, FitProblem
+from twin.diagnose.fit_problem import CauseHypothesis, FitProblem
 from twin.diagnose.model_evidence import infer_errors
 from twin.diagnose.models import CAUSES
 from twin.diagnose.tables import diagnose_frequencies, felt_causes

@@ -8,7 +8,8 @@ import pytest
 from recordings import RunWriter, read_run
 from twin.bench import open_bench
 from twin.demo import BROADBAND, broadband
-from twin.diagnose.fitted_model import CauseHypothesis, fit_model
+from twin.diagnose.fit_problem import CauseHypothesis
+from twin.diagnose.fitted_model import fit_model
 from twin.diagnose.models import CAUSES
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.linear.linear_model import nominal_parameters
