@@ -351,7 +351,7 @@ class Held:
         weight, slope = self.weight(self.x[0]), self.slope
         return minimise(
             lambda x: (weight * (2.0 - self.x - slope * (x - self.x)), np.array([[weight * slope]])), self.x,
-            mean=np.zeros(1), precision=1e-12 * np.eye(1), iterations=iterations,
+            mean=np.zeros(1), precision=1e-12 * np.eye(1), iterations=iterations, tolerance=1e-9,
         )  # fmt: skip
 
     def cost_at(self, there):
