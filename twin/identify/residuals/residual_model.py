@@ -176,11 +176,6 @@ class ResidualModel(ForwardModel):
         J = ratio[:, :, None] * change[0]
         return white, [(slice(None), whitening.columns(np.concatenate([J.real, J.imag], axis=1)))]
 
-    def measured_over_predicted(self, R: Array, omega: Array) -> Array:
-        """Responses (s, o) of the steps, over those that these receptances make of the measured force."""
-        steps = self.evidence.steps
-        return np.asarray(steps.response[:, :, 0] / (self.responses(R, omega) * steps.force[:, :1]))
-
     def covariances(self, baseline: BaselineParameters) -> Covariances:
         """What the residuals' covariances are made of at these unknowns."""
         return self._covariances(baseline, self._step_state(baseline))
