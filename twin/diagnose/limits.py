@@ -30,8 +30,6 @@ class Limits:
     than the response itself, so that a long step of the search meets no error of zero."""
     model_evidence_roughness: tuple[float, float] = (-14.0, 4.5)
     """Logarithm of the roughness over a sound rig's in which the likeliest is looked for: a loss may be nearly none."""
-    model_evidence_lossless: float = -10.0
-    """Where joints that lose nothing are begun with: a sound rig's loss over e^10 damps nothing."""
     model_evidence_size: tuple[float, float] = (-3.5, 5.0)
     """The same of the error of the shares in odd harmonics."""
     model_evidence_shifts: tuple[float, float] = (-3.5, 3.0)

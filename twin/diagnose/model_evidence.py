@@ -148,7 +148,7 @@ def fit_with_errors(
         if likeliest is None or gained:
             likeliest = model
         # Errors may have two maxima, each of which leads to the other.
-        if _distance(inferred, errors, least, settled=settled) < CLOSE or settled and not gained or time_is_up():
+        if _distance(inferred, errors, least, settled=settled) < CLOSE or (settled and not gained) or time_is_up():
             break
         errors = inferred
     assert likeliest is not None

@@ -124,6 +124,8 @@ class Limits:
     joint_law_knots: int = 40
     """Fine enough for two modes at once: a force that was left out is then foretold to 0.9e-3, by 24 knots to
     2.0e-3."""
+    loss_scale: float = 2.4
+    """Of a joint's loss, over G': the shipped steel joint's damps mode 1 as a tenth of E' would."""
     joint_law_largest: float = 5.0
     """Prior size of a curve over its scale, for every unit of log amplitude: little more than that it is finite."""
     # joint_motion.py

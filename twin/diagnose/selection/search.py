@@ -20,7 +20,7 @@ from twin.diagnose.selection.score_test import Score, score_causes
 from twin.identify.base_fit import fit_base
 from twin.identify.frequency_shifts import SHIFT
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residuals.error_model import OF_LOSS, SPREAD, continuation
+from twin.identify.residuals.error_model import continuation
 from twin.identify.residuals.harmonics import harmonic_residuals
 from twin.identify.residuals.likelihood import sound_errors
 from twin.identify.residuals.residual_model import ResidualModel
@@ -97,7 +97,9 @@ def search_causes(
         Told what is being done.
     """
     report("fitting moduli, damping and the joint's law")
-    base = _base_alone(evidence)
+    start = fit_base(evidence)
+    exact = replace(REFITTED, exact=True)
+    base = fit_with_errors(evidence, None, start.baseline, (), errors=start.errors, options=exact)
     base_harmonics = _harmonics(evidence, base)
     data, model = _Reduced(evidence, base_harmonics), base
     stages: list[Stage] = []
@@ -117,26 +119,6 @@ def search_causes(
     predicts = _refitted(data, model, exact=True, frozen=True) if model.hypotheses else base
     model = replace(model, baseline=predicts.baseline)  # predictions have no tolerances
     return Search(base, model, tuple(stages), *data, base_harmonics)
-
-
-def _base_alone(evidence: MeasuredData) -> FittedModel:
-    """The base family with its likeliest errors.
-
-    How much a joint loses and how rough its law is are found from each other, and may end at a maximum of their own.
-    So where joints lose less than sound rigs' do, a second fit begins where they lose nothing (several beginnings:
-    Rasmussen and Williams 2006, section 5.4.2).
-    """
-    start = fit_base(evidence)
-    fitted = partial(fit_with_errors, evidence, None, hypotheses=(), options=replace(REFITTED, exact=True))
-    base = fitted(start.baseline, errors=start.errors)
-    below = base.errors.log_sizes[OF_LOSS] - sound_errors(evidence).log_sizes[OF_LOSS]
-    if not len(evidence.steps) or below > -SPREAD:
-        return base
-    laws = tuple(replace(law, loss=np.zeros_like(law.loss)) for law in base.baseline.laws)
-    sizes = start.errors.log_sizes.copy()
-    sizes[OF_LOSS] += LIMITS.model_evidence_lossless
-    lossless = start.errors.with_log_sizes(sizes)
-    return likeliest((base, fitted(replace(base.baseline, laws=laws), errors=lossless)))
 
 
 class _Reduced(NamedTuple):

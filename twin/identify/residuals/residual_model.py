@@ -17,6 +17,7 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.forward.broadband_response import felt_receptance, log_response_by_shown
 from twin.identify.forward.forward_model import ForwardModel
 from twin.identify.frequency_shifts import SHIFT, own_shifts, shifted_sweeps, swept_modes
+from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import base_prior
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
@@ -81,15 +82,12 @@ class ResidualModel(ForwardModel):
 
     def inferred_precision(self, baseline: BaselineParameters, errors: ErrorModel) -> Array:
         """Precision (u, u) of the joints' laws and of the shifts alone, whose priors are inferred."""
-        phi = self.model.basis.Phi[:, 0]
         precision = np.zeros((len(baseline.blocks),) * 2)
-        for joint, (layer, law) in enumerate(zip(self.model.structure.joints, baseline.laws, strict=True)):
-            E = self.moduli[0][joint]
-            # A loss in G' must be many times G' to matter; its scale is what damps mode 1 like a tenth of E' does.
-            shear_share = float(np.sum((layer.B_G @ phi) ** 2) / np.sum((layer.B_E @ phi) ** 2))
+        for joint, law in enumerate(baseline.laws):
+            E, G = (moduli[joint] for moduli in self.moduli)
             curves = (
                 (baseline.softening(joint), law.opening_knots, E),
-                (baseline.loss(joint), law.slip_knots, 0.1 * E / shear_share),
+                (baseline.loss(joint), law.slip_knots, LIMITS.loss_scale * G),
             )
             for (block, knots, scale), own, usual in zip(curves, errors.roughness, SOUND.roughness, strict=True):
                 precision[block, block] = curve_precision(knots, usual) * (usual / own / scale) ** 2
