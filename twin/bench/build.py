@@ -277,24 +277,14 @@ def _layer_elements(plan: Plan, matrices: Matrices, number: int, joint: JointPla
     """What a joint's law and its sliders do at the points of its layer."""
     points = layer_points(matrices.structure, plan.rig.joints[number].layer_elements, joint=number)
     openings, slips = ([matrices.pad(row) for row in rows] for rows in (points.opening, points.slip))
+    opens, slides = (openings, points.opening_weight, "E"), (slips, points.slip_weight, "all")
+    first = (((law.normal,), opens), ((law.loss,) if law.loss else (), slides))
     elements = [
-        Element(row, law.normal, weight, follows="E", joint=number)
-        for row, weight in zip(openings, points.opening_weight, strict=True)
+        Element(row, one, weight, velocity=isinstance(one, RunningLoss), follows=follows, joint=number)
+        for laws, (rows, weights, follows) in (*first, (law.opening, opens), (law.slip, slides))
+        for one in laws
+        for row, weight in zip(rows, weights, strict=True)
     ]
-    if law.loss:
-        elements += [
-            Element(row, law.loss, weight, velocity=True, follows="all", joint=number)
-            for row, weight in zip(slips, points.slip_weight, strict=True)
-        ]
-    for rows, weights, follows, more in (
-        (openings, points.opening_weight, "E", law.opening),
-        (slips, points.slip_weight, "all", law.slip),
-    ):
-        elements += [
-            Element(row, one, weight, velocity=isinstance(one, RunningLoss), follows=follows, joint=number)
-            for one in more
-            for row, weight in zip(rows, weights, strict=True)
-        ]
     return elements + [Element(slips[point], slider, joint=number) for point, slider in joint.sliders]
 
 

@@ -97,27 +97,17 @@ class RehearsedProcedure(Reported):
         return figure
 
 
-@dataclass(frozen=True, kw_only=True)
-class RehearsalTwin:
-    """What a procedure is rehearsed on."""
-
-    rig: Rig
-    source: str
-    """Names the rig in errors."""
-    preload: str | None
-    seed: int
-
-
 def rehearse_procedure(
-    procedure: str | Path | Procedure, twin: RehearsalTwin, *, out: Path | None, rounds: int, report: Report
-) -> RehearsedProcedure:
-    """Rehearse a procedure as :meth:`twin.lab.rig.LabRig.rehearse` does."""
+    procedure: str | Path | Procedure, rig: Rig, *, source: str, preload: str | None, seed: int, out: Path | None,
+    rounds: int, report: Report,
+) -> RehearsedProcedure:  # fmt: skip
+    """Rehearse a procedure as :meth:`twin.lab.rig.LabRig.rehearse` does; `source` names the rig in errors."""
     asked = load_procedure(procedure) if isinstance(procedure, str | Path) else procedure
-    rig, seed = twin.rig.driven_by(asked.drive), twin.seed
-    name, named = known_preload(rig, twin.preload), asked.procedure if procedure is asked else str(procedure)
+    rig = rig.driven_by(asked.drive)
+    name, named = known_preload(rig, preload), asked.procedure if procedure is asked else str(procedure)
 
     def bench(procedure: Procedure) -> SampleSource:
-        return open_twin(rig, procedure, preload=name, seed=seed, source=twin.source, named=named)
+        return open_twin(rig, procedure, preload=name, seed=seed, source=source, named=named)
 
     first_bench = bench(asked)
     folder = Path(tempfile.mkdtemp(prefix="twin-rehearsal-")) if out is None else made_folder(out)

@@ -115,10 +115,12 @@ class LabRig(Shown):
         InputError
             If the procedure or the preload is wrong, or the rig has not what the procedure asks for.
         """
-        from twin.lab.rehearsed import RehearsalTwin, rehearse_procedure
+        from twin.lab.rehearsed import rehearse_procedure
 
-        twin = RehearsalTwin(rig=self._structure(), source=self.source, preload=preload, seed=seed)
-        return rehearse_procedure(procedure, twin, out=None if out is None else Path(out), rounds=rounds, report=report)
+        return rehearse_procedure(
+            procedure, self._structure(), source=self.source, preload=preload, seed=seed,
+            out=None if out is None else Path(out), rounds=rounds, report=report,
+        )  # fmt: skip
 
     def check(self, runs: Runs, *, held_out: Runs = (), preload: str | None = None) -> FirstLook:
         """Look at recordings, before any fit: units, channels, time base, and what belongs together.

@@ -17,9 +17,7 @@ from twin.structure.joint_operators import joint_operators
 from twin.structure.matrix_coordinates import MatrixCoordinates, node_pairs, reduced_parts
 from twin.structure.mesh import PLANE_DOFS, BeamMesh, mesh_beams, mesh_layers
 from twin.structure.sparse import from_blocks, with_square
-from twin.structure.structure import Structure
-
-Mesh = BeamMesh | MatrixCoordinates
+from twin.structure.structure import Mesh, Structure
 
 
 def assemble(rig: Rig, *, layout: Layout | None = None, sensor_masses: bool = True) -> Structure:

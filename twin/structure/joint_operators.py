@@ -12,9 +12,7 @@ from twin.structure.elements.thin_layer import LayerRows, ThinLayerElement, spac
 from twin.structure.limits import LIMITS
 from twin.structure.matrix_coordinates import MatrixCoordinates, node_pairs
 from twin.structure.mesh import BeamMesh, LayerMesh
-from twin.structure.structure import JointOperators
-
-Mesh = BeamMesh | MatrixCoordinates
+from twin.structure.structure import JointOperators, Mesh
 
 
 def joint_operators(

@@ -109,11 +109,7 @@ class BeamMesh:
             local[AXIAL], local[BENT], local[BENT_ACROSS] = along, bent, across * AGAINST
         else:
             local[[0, 3]], local[[1, 2, 4, 5]] = along, bent
-        return self.element_dofs[e], self.to_global(local)
-
-    def to_global(self, rows: Array) -> Array:
-        """Rows (..., 6) or (..., 12) over an element's own displacements and rotations as rows over `dofs`."""
-        return np.asarray(rows @ self.rotation)
+        return self.element_dofs[e], local @ self.rotation
 
     @property
     def rotation(self) -> Array:

@@ -22,6 +22,8 @@ from twin.structure.matrix_coordinates import MatrixCoordinates
 from twin.structure.mesh import BeamMesh
 from twin.structure.node_field import NodeField
 
+Mesh = BeamMesh | MatrixCoordinates
+
 
 @dataclass(frozen=True, eq=False)
 class JointOperators:
@@ -90,7 +92,7 @@ class Structure:
     """In the rig file's order."""
     layout: Layout
     """What it was made of."""
-    meshes: dict[str, BeamMesh | MatrixCoordinates]
+    meshes: dict[str, Mesh]
     """Beams and parts given by matrices, by name, over all displacements."""
     sparse_basis: csr_array
     """All displacements of the parts from the coordinates, (N, n)."""

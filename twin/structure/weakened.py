@@ -42,7 +42,7 @@ def weakened_section(rig: Rig, structure: Structure, *, place: Place, factor: fl
             size, shape = np.linalg.eigh(_change(beam, float(b - a), weak, factor))
             for k in range(len(shape) // 2):
                 form = np.zeros(structure.sparse_basis.shape[0])
-                form[first[e]] = mesh.to_global(shape[:, k])
+                form[first[e]] = shape[:, k] @ mesh.rotation
                 forms.append(form)
                 lost.append(size[k])
     return WeakenedSection(np.array(forms), np.array(lost))

@@ -53,7 +53,7 @@ def draw_fittings(axes: Any, structure: Structure, rig: Rig, *, size: float, fla
     looked_at = [(place, DRIVE, "drive") for place in rig.drives.values()]
     looked_at += [(rig.place_of(sensor.channel), SENSOR, "sensor") for sensor in rig.response_sensors]
     for place, colour, name in looked_at:
-        start, arrow = point_of(structure, place), unit_arrow(place.direction, 0.08 * size)
+        start, arrow = point_of(structure, place), 0.08 * size * np.array(place.direction)
         _draw(axes, np.array([start, start + arrow]), np.array([[0, 1]]), colour, flat=flat, width=2.0)
         scatter(axes, start[None], colour, "s", 30, flat=flat, label=name)
 
@@ -78,11 +78,6 @@ def drawn_larger(moved: Sequence[Array], size: float) -> float:
     """What displacements of all parts are drawn larger by."""
     largest = max(float(np.max(np.abs(part))) for part in moved)
     return 0.12 * size / largest if largest else 0.0
-
-
-def unit_arrow(direction: tuple[float, float, float], length: float) -> Array:
-    """An arrow (3,) of that length."""
-    return length * np.array(direction)
 
 
 def extent(parts: Sequence[DrawnPart]) -> float:

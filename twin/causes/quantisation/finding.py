@@ -12,11 +12,8 @@ def find_quantisation(runs: Sequence[Run]) -> list[Finding]:
     """Channels whose smallest step is coarser than a 16-bit converter's."""
     findings = []
     for channel, what in runs[0].channels.items():
-        steps = []
-        for run in runs:
-            if channel in run.channels:
-                steps.append(smallest_step(run.device_of(channel).values[channel]))
-        step = min(steps, default=0.0)
+        recorded = [run.device_of(channel).values[channel] for run in runs if channel in run.channels]
+        step = min(map(smallest_step, recorded), default=0.0)
         if what.range and step > LIMITS.quantisation_coarsest * what.range:
             findings.append(
                 Finding(

@@ -30,13 +30,10 @@ def check_jumps(rehearsal: Rehearsal) -> Iterator[Caution]:
 def check_early_ends(rehearsal: Rehearsal) -> Iterator[Caution]:
     """Report the sweeps whose predicted curve stops before their last frequency."""
     for steps in rehearsal.sweeps().values():
-        reason = next(
-            (branch["ends_early"] for branch in branches_of(rehearsal, steps) if branch.get("ends_early")), ""
-        )
-        if reason:
+        if ends := [told for branch in branches_of(rehearsal, steps) if (told := branch.get("ends_early"))]:
             yield Caution.at(
                 steps[0], kind="branch-ends-early", severity="note", steps=len(steps),
-                reason=f"the predicted branch ends early, at {reason}: folds beyond are not known",
+                reason=f"the predicted branch ends early, at {ends[0]}: folds beyond are not known",
                 advice="look out for jumps that no warning foretells", changes={},
             )  # fmt: skip
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
@@ -10,7 +11,7 @@ from twin.structure import drawn_parts, point_of
 from twin.structure.modelled_rig import ModelledRig
 from twin.views.rerun.motion import SLOW_MOTION, animate_parts, log_part, seen_from
 from twin.views.rerun.rrd import recording_file, send_layout
-from twin.views.rig_figure import DRIVE, JOINT, SENSOR, extent, unit_arrow
+from twin.views.rig_figure import DRIVE, JOINT, SENSOR, extent
 from twin.views.style import level_colour, on_dark, rgb
 
 MODES = 6
@@ -38,7 +39,7 @@ def _draw(recording: rr.RecordingStream, modelled: ModelledRig) -> rrb.Horizonta
     marks += [(sensor.channel, rig.place_of(sensor.channel), SENSOR) for sensor in rig.response_sensors]
     for name, place, colour in marks:
         arrow = rr.Arrows3D(
-            origins=[point_of(structure, place)], vectors=[unit_arrow(place.direction, 0.1 * size)],
+            origins=[point_of(structure, place)], vectors=[0.1 * size * np.array(place.direction)],
             colors=[rgb(colour)], radii=0.005 * size, labels=[name],
         )  # fmt: skip
         recording.log(f"rig/at/{rr.escape_entity_path_part(name)}", arrow, static=True)
