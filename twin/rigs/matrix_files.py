@@ -12,7 +12,6 @@ from twin.arrays import Array
 from twin.rigs.layout import DOFS, Layout, MatricesPart
 from twin.rigs.limits import LIMITS
 from twin.rigs.matrices import FoundMatrix, read_matrix
-from twin.rigs.matrices.found import scaled
 from twin.rigs.node_tables import read_node_table
 
 PAIR_LIMIT = 10_000
@@ -106,11 +105,8 @@ def read_matrix_pair(mass: Path, stiffness: Path) -> tuple[FoundMatrix, FoundMat
         raise InputError(stiffness, "", reason, f"give the mass in place of {Path(mass).name}, or the stiffness here")
     labels = K.labels if M.labels is None else M.labels
     held = np.union1d(M.held, K.held)
-    at_rest = np.ones(M.matrix.shape[0])
-    at_rest[held] = 0.0
-    if len(held):
-        M, K = (replace(one, matrix=scaled(one.matrix, at_rest)) for one in (M, K))
-    return replace(M, labels=labels, held=held), replace(K, labels=labels, held=held)
+    M, K = (replace(one.at_rest(held), labels=labels) for one in (M, K))
+    return M, K
 
 
 def labelled_rows(matrix: FoundMatrix, nodes: Array) -> dict[tuple[int, str], int]:

@@ -106,11 +106,9 @@ def reduced_parts(layout: Layout, rig: Rig, *, first: int) -> tuple[MatrixCoordi
         Number of the first coordinate.
     """
     found: list[MatrixCoordinates] = []
-    read = {part.name: part_matrices(layout, part) for part in layout.parts if isinstance(part, MatricesPart)}
-    for part in layout.parts:
-        if not isinstance(part, MatricesPart):
-            continue
-        matrices = read[part.name]
+    parts = [part for part in layout.parts if isinstance(part, MatricesPart)]
+    read = {part.name: part_matrices(layout, part) for part in parts}
+    for part, matrices in zip(parts, read.values(), strict=True):
         known = set(matrices.nodes.tolist())
         nodes = dict.fromkeys(_attached(layout, rig, part.name, read))
         missing = [node for node in nodes if node not in known]

@@ -74,9 +74,7 @@ class Synthesis:
         """Receptances (f, p, p), m/N, at `omega` (f,), rad/s."""
         (poles, _), (psi, G), s = self._poles, self._shapes, 1j * omega[:, None]
         ranks = np.einsum("jr,kr->rjk", psi, psi).reshape(self.modes, -1)
-        rest = np.zeros((self.points, self.points, LIMITS.remainders))
-        j, k = np.triu_indices(self.points)
-        rest[j, k] = rest[k, j] = self._part["rest"].reshape(-1, LIMITS.remainders)
+        rest = _square(self._part["rest"].reshape(-1, LIMITS.remainders), self.points)
         found = (1 / (s - poles)) @ ranks + (1 / (s - poles.conj())) @ ranks.conj()
         found -= (self.band[0] / omega[:, None]) ** 2 * (G @ G.T).ravel()
         found += self.remainders(omega) @ rest.reshape(-1, LIMITS.remainders).T
@@ -148,19 +146,13 @@ def synthesise(frequency_Hz: Array, Y: Array, std: Array) -> Synthesis:
 def _beginning(fit: ModalFit, frequency_Hz: Array, std: Array) -> Synthesis:
     """Residues and remainders of a fit of all pairs by itself, cut to their ranks."""
     found, points = fit.fit, std.shape[1]
-
-    def square(values: Array) -> Array:
-        matrix = np.zeros((points, points), values.dtype)
-        j, k = np.triu_indices(points)
-        matrix[j, k] = matrix[k, j] = values
-        return matrix
-
     shapes = []
     for residues in found.residues.T:
-        leading = np.linalg.svd(square(residues))[0][:, 0]
-        shapes.append(leading * np.sqrt(leading.conj() @ square(residues) @ leading.conj()))
+        square = _square(residues, points)
+        leading = np.linalg.svd(square)[0][:, 0]
+        shapes.append(leading * np.sqrt(leading.conj() @ square @ leading.conj()))
     psi = np.array(shapes).T
-    size, motion = np.linalg.eigh(-square(found.remainders[:, 1].real))
+    size, motion = np.linalg.eigh(-_square(found.remainders[:, 1].real, points))
     low = (frequency_Hz[0] / frequency_Hz[:, None, None]) ** 2
     shown = 2 * np.sum(np.abs(low * motion[:, -1:] * motion[:, -1] * size[-1] / std) ** 2)
     least = LIMITS.rigid * size[-1] if shown > points * np.log(2 * std.size) else np.inf
@@ -170,6 +162,14 @@ def _beginning(fit: ModalFit, frequency_Hz: Array, std: Array) -> Synthesis:
         "omega": np.log(found.omega), "zeta": np.log(found.zeta), "psi_re": psi.real.ravel(),
         "psi_im": psi.imag.ravel(), "G": G.ravel(), "rest": 0.0,
     }))  # fmt: skip
+
+
+def _square(values: Array, points: int) -> Array:
+    """Symmetric (p, p, ...) from the values (p (p + 1) / 2, ...) of its pairs j <= k."""
+    matrix = np.zeros((points, points, *values.shape[1:]), values.dtype)
+    j, k = np.triu_indices(points)
+    matrix[j, k] = matrix[k, j] = values
+    return matrix
 
 
 def _pairs(synthesis: Synthesis, omega: Array, Y: Array, weight: Array) -> Iterator[tuple[Array, Array, Array, Array]]:

@@ -36,9 +36,7 @@ class GroundFriction(Cause):
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
         """Force and place."""
-        told, errors = dict(values), dict(std)
-        told.pop("travel_m")
-        errors.pop("travel_m", None)
+        told, errors = ({name: each[name] for name in each if name != "travel_m"} for each in (values, std))
         return told, errors
 
     def from_reported(self, values: Values) -> dict[str, float]:

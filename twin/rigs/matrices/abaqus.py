@@ -16,7 +16,6 @@ from twin.rigs.matrices.found import (
     from_entries,
     from_labelled,
     labels_of,
-    scaled,
 )
 from twin.rigs.matrices.numbers import number_table, whole_numbers
 
@@ -55,17 +54,7 @@ def read_abaqus(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:
         ):
             raise InputError(path, "", "a degree of freedom beyond all that Abaqus has", "export it again")
         found = from_labelled(path, labels_of(keys[:, 0], keys[:, 1]), labels_of(keys[:, 2], keys[:, 3]), value)
-    return _at_rest(found)
-
-
-def _at_rest(found: FoundMatrix) -> FoundMatrix:
-    """The same with the rows that a boundary condition holds marked, and empty."""
-    held = np.flatnonzero(found.matrix.diagonal() >= LIMITS.abaqus_held)
-    if not len(held):
-        return found
-    free = np.ones(found.matrix.shape[0])
-    free[held] = 0.0
-    return FoundMatrix(scaled(found.matrix, free), found.labels, held)
+    return found.at_rest(np.flatnonzero(found.matrix.diagonal() >= LIMITS.abaqus_held))  # by a boundary condition
 
 
 def _substructure(path: Path, data: bytes, role: Role) -> FoundMatrix:

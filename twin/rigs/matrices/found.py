@@ -42,6 +42,12 @@ class FoundMatrix:
         whole = csr_array(coo_array((entries.data, places), shape=(len(labels), len(labels))))
         return replace(self, matrix=whole, labels=labels, held=at[self.held])
 
+    def at_rest(self, held: Array) -> FoundMatrix:
+        """The same with these rows held at rest: marked, and empty."""
+        free = np.ones(self.matrix.shape[0])
+        free[held] = 0.0
+        return replace(self, matrix=scaled(self.matrix, free) if len(held) else self.matrix, held=held)
+
 
 def check_shape(path: Path, shape: Sequence[int]) -> None:
     """Refuse what is not square, or of an order that no part may have."""
