@@ -5,12 +5,12 @@ import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
 
-from recordings.streams import SampleSource
 from recordings.whole import made_folder
 from twin.lab.given import Report
 from twin.lab.recording import Recording, load_run
@@ -105,10 +105,7 @@ def rehearse_procedure(
     asked = load_procedure(procedure) if isinstance(procedure, str | Path) else procedure
     rig = rig.driven_by(asked.drive)
     name, named = known_preload(rig, preload), asked.procedure if procedure is asked else str(procedure)
-
-    def bench(procedure: Procedure) -> SampleSource:
-        return open_twin(rig, procedure, preload=name, seed=seed, source=source, named=named)
-
+    bench = partial(open_twin, rig, preload=name, seed=seed, source=source, named=named)
     first_bench = bench(asked)
     folder = Path(tempfile.mkdtemp(prefix="twin-rehearsal-")) if out is None else made_folder(out)
     try:
