@@ -10,13 +10,14 @@ from typing import Self
 import numpy as np
 
 from twin.arrays import Array
-from twin.diagnose.fit_problem import CauseHypothesis, FitProblem, WeighedProblem
+from twin.diagnose.fit_problem import CauseHypothesis, FitProblem, WeighedProblem, modification_of
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution, StepRule, minimise, minimise_reweighted
 from twin.identify.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residuals.error_model import ErrorModel
+from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals, LowRankWhitening
 
 
@@ -63,6 +64,10 @@ class FittedModel:
     def chi2_per_dof(self) -> float:
         """Of all evidence."""
         return self.solution.chi2 / max(1, self.dof)
+
+    def residual_model(self, evidence: MeasuredData, harmonics: HarmonicResiduals | None = None) -> ResidualModel:
+        """What predicts recordings, its own or others, with its causes."""
+        return ResidualModel(evidence, modification_of(evidence, self.hypotheses), harmonics)
 
 
 def fit_model(

@@ -25,7 +25,7 @@ from twin.identify.rig_channels import drive_of, faces_against, in_directions_of
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.identify.spectra.settled import still_changing
 from twin.identify.spectra.sine_fit import Line, SteadyState, steady_states
-from twin.identify.spectra.spectrum import BroadbandRecord, broadband_records
+from twin.identify.spectra.spectrum import broadband_records
 from twin.identify.spectra.sweeps import rows_by_sweep
 from twin.rigs import Place, Rig, Shaker, ThinLayer, nearest_preload, preload_name, recorded_preload
 
@@ -156,11 +156,6 @@ class MeasuredData:
         if self.begun_s is not None:
             return self.begun_s
         return min(step.time_ns for run in self.runs for step in run.steps) * 1e-9
-
-    def records(self) -> list[BroadbandRecord]:
-        """The samples behind `broadband`, in its order."""
-        used = [self.force, *self.channels]
-        return [record for run in self.runs for record in broadband_records(run, channels=used)]
 
     @property
     def sources(self) -> tuple[str, ...]:

@@ -67,7 +67,7 @@ def drawn(measured, baseline):
 
     def drawn(errors, seed):
         rng = np.random.default_rng(seed)
-        made_of = ResidualModel(exact).covariances(baseline)
+        made_of = ResidualModel(exact).linearisation(baseline, sensitivities=False).made_of
         (white,) = made_of.of_broadband(errors.broadband)
         z = rng.standard_normal((*of_bins.shape, 2)) @ np.array([1, 1j]) / np.sqrt(2)
         bins = np.exp(white.factor @ z[:, :, None])[:, :, 0]
@@ -107,7 +107,8 @@ def oracle(problem):
     weighed = problem.weighed()
     r, J = weighed.here.residual, weighed.here.jacobian
     data = r + J @ (problem.x0 - problem.mean)
-    made_of = problem.residual_model(problem.x0, weighed.held).covariances(problem.baseline(problem.x0))
+    model = problem.residual_model(problem.x0, weighed.held)
+    made_of = model.linearisation(problem.baseline(problem.x0), sensitivities=False).made_of
     shifts = tolerances_of(np.zeros((len(r), 0)), weighed.here.blocks, weighed.held)
     shifts = shifts.whitened(weighed.held)
     covariance = np.eye(len(r)) + J @ np.linalg.solve(problem.precision, J.T) + shifts @ shifts.T

@@ -67,7 +67,7 @@ def unmeasured(run: Run, make_state: Callable[..., SteadyState]) -> tuple[Measur
         amplitude_m=np.geomspace(1e-4, 3e-3, len(frequency)), time_s=np.arange(len(frequency), dtype=float),
         growth=np.zeros(len(frequency)), growth_std=np.full(len(frequency), 1e-6),
         states=tuple(
-            make_state(sweep=f"{a:g}N-up", index=i, position=i, frequency_Hz=f, time_s=float(i))
+            make_state(sweep=f"{a:g}N-up", index=i, frequency_Hz=f, time_s=float(i))
             for i, (a, f) in enumerate(zip(level, frequency, strict=True))
         ),
     )  # fmt: skip

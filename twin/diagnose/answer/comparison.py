@@ -5,12 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.arrays import Array
-from twin.diagnose.fit_problem import modification_of
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.limits import LIMITS
 from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
 
 
@@ -37,14 +35,14 @@ class SweepComparison:
 
 def predicted_steps(evidence: MeasuredData, model: FittedModel) -> Array:
     """Predicted fundamentals (s, o) per force; everything moves as far as the reference channel says."""
-    residual_model = ResidualModel(evidence, modification_of(evidence, model.hypotheses))
+    residual_model = model.residual_model(evidence)
     R, omega, _ = residual_model.step_receptance(model.baseline, inner=False)
     return residual_model.responses(R, omega)
 
 
 def predicted_harmonics(evidence: MeasuredData, model: FittedModel, harmonics: HarmonicResiduals) -> Array:
     """What the extension's nonlinear forces add to the higher harmonics, (s, h, o), in the channels' units."""
-    residual_model = ResidualModel(evidence, modification_of(evidence, model.hypotheses), harmonics)
+    residual_model = model.residual_model(evidence, harmonics)
     if not (residual_model.modification.nonlinear or residual_model.modification.opening):
         return np.zeros_like(harmonics.residual)
     R, _, balance = residual_model.step_receptance(model.baseline, inner=False)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from twin.arrays import Array
-from twin.diagnose.fit_problem import CauseHypothesis, modification_of
+from twin.diagnose.fit_problem import CauseHypothesis
 from twin.diagnose.fitted_model import FitOptions, FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
@@ -17,7 +17,6 @@ from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, log_weight
 from twin.diagnose.selection.search import Report, Search, search_causes
 from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residuals.residual_model import ResidualModel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,8 +198,8 @@ def _at_each_level(evidence: MeasuredData, model: FittedModel) -> tuple[ForceAtL
     if not len(evidence.steps):
         return ()
     hypothesis = model.hypotheses[-1]
-    extended = ResidualModel(evidence, modification_of(evidence, model.hypotheses))
-    motion = extended.step_receptance(model.baseline, inner=False)[2].motion[:, -1]  # its force comes last
+    balance = model.residual_model(evidence).step_receptance(model.baseline, inner=False)[2]
+    motion = balance.motion[:, -1]  # its force comes last
     amplitude, omega = np.abs(motion), evidence.steps.omega
     sweeps = evidence.steps.by_sweep
     largest = {sweep: int(rows[np.argmax(amplitude[rows])]) for sweep, rows in sweeps.items()}

@@ -1,7 +1,6 @@
 """Choosing the next test: the shortest that parts the best model from its rivals, whichever of them is true."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from recordings.beside import temporary_folder
@@ -14,23 +13,15 @@ from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import predict_test_data
 from twin.diagnose.next_test.proposal import Proposal, propose
-from twin.diagnose.next_test.sensor_place import SensorPlace, best_sensor_place
+from twin.diagnose.next_test.sensor_place import best_sensor_place
 from twin.diagnose.next_test.separation import Promise, least_promise
 from twin.identify.measured_data import MeasuredData
 from twin.identify.time_limit import time_is_up
 from twin.procedures import Procedure, save_procedure
 from twin.rehearsal import NominalRig, Rehearsed, open_twin, rehearse, rehearse_until_clear
-from twin.rigs import Rig
+from twin.rigs import Place, Rig
 
 PROCEDURE = "next.toml"
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Valued:
-    """A proposal with what it promises."""
-
-    proposal: Proposal
-    promise: Promise
 
 
 def plan_next_test(
@@ -66,13 +57,15 @@ def plan_next_test(
     ranked = _ranked(runs, evidence, best, rivals)
     if not ranked:
         return None
-    for valued in ranked[: LIMITS.plan_tried]:
-        report(f"rehearsing {valued.proposal.what}")
+    for proposal, promise in ranked[: LIMITS.plan_tried]:
+        report(f"rehearsing {proposal.what}")
+        separates = f"separates {names[0]} from {', '.join(dict.fromkeys(names[1:]))} by {proposal.what}"
+        brings = _expecting(separates, promise)
         try:
-            rehearsed = _rehearsed(valued.proposal, extended, evidence.preload)
+            rehearsed = _rehearsed(proposal, extended, evidence.preload)
         except (InputError, ArithmeticError) as error:
             # A law that is known badly need be no passive layer's, which could be marched in time.
-            procedure, rig_time_s = valued.proposal.procedure, valued.proposal.rig_time_s
+            procedure, rig_time_s = proposal.procedure, proposal.rig_time_s
             told = f"not rehearsed, for {error.reason if isinstance(error, InputError) else error}"
             break
         if not rehearsed.must_not_run:
@@ -83,18 +76,18 @@ def plan_next_test(
         return None
     save_procedure(procedure, out / PROCEDURE)
     return NextTest(
-        why=f"{_promise(valued, names)}; {rig_time_s / 60:.0f} min on the rig, {told}",
-        sensor=_sensor(evidence, sensor),
+        why=f"{brings}; {rig_time_s / 60:.0f} min on the rig, {told}",
+        sensor=None if sensor is None else _sensor(evidence, *sensor),
         procedure=PROCEDURE,
-        separation=valued.promise.separation,
-        needed=valued.promise.needed,
+        separation=promise.separation,
+        needed=promise.needed,
         rig_time_s=rig_time_s,
     )
 
 
 def _ranked(
     runs: Sequence[Run], evidence: MeasuredData, best: FittedModel, rivals: Sequence[FittedModel]
-) -> list[_Valued]:
+) -> list[tuple[Proposal, Promise]]:
     """Proposals worth rehearsing: those that suffice, the shortest first, then the others by what they promise."""
     drifting = any(
         modification.layer_drift_per_s or modification.beam_drift_per_s
@@ -105,15 +98,8 @@ def _ranked(
         if time_is_up():
             break
         data = [predict_test_data(evidence, truth, proposal) for truth in (best, *rivals)]
-        promise = least_promise(best, rivals, data, margin=LIMITS.needed_log_evidence)
-        valued.append(_Valued(proposal=proposal, promise=promise))
-    return sorted(valued, key=_shortest_that_suffices)
-
-
-def _shortest_that_suffices(valued: _Valued) -> tuple[float, float]:
-    """Sorts proposals: those that suffice by their time, then the others by what they promise."""
-    share = valued.promise.share
-    return (0.0, valued.proposal.rig_time_s) if share >= 1 else (1.0, -share)
+        valued.append((proposal, least_promise(best, rivals, data, margin=LIMITS.needed_log_evidence)))
+    return sorted(valued, key=lambda one: (0.0, one[0].rig_time_s) if one[1].share >= 1 else (1.0, -one[1].share))
 
 
 def _rehearsed(proposal: Proposal, extended: Rig, preload: str) -> Rehearsed:
@@ -129,26 +115,17 @@ def _rehearsed(proposal: Proposal, extended: Rig, preload: str) -> Rehearsed:
     return better or first
 
 
-def _sensor(evidence: MeasuredData, found: SensorPlace | None) -> NextSensor | None:
+def _sensor(evidence: MeasuredData, place: Place, promise: Promise) -> NextSensor:
     """The place of a further accelerometer as an answer has it."""
-    if found is None:
-        return None
-    layout, place = evidence.rig.layout(), found.place
-    told = f"one more accelerometer at {layout.told(place)} and the same noise again"
+    told = f"one more accelerometer at {evidence.rig.layout().told(place)} and the same noise again"
     return NextSensor(
-        why=_expecting(told, found.promise),
+        why=_expecting(told, promise),
         part=place.part,
         at=place.at,
         direction=place.direction,
-        separation=found.promise.separation,
-        needed=found.promise.needed,
+        separation=promise.separation,
+        needed=promise.needed,
     )
-
-
-def _promise(valued: _Valued, names: Sequence[str]) -> str:
-    """What it is for and what it brings."""
-    promise = f"separates {names[0]} from {', '.join(dict.fromkeys(names[1:]))} by {valued.proposal.what}"
-    return _expecting(promise, valued.promise)
 
 
 def _expecting(test: str, promise: Promise) -> str:

@@ -1,11 +1,12 @@
 """What a procedure would bring if a model were true: its prediction, with the noise that the recordings showed."""
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
 from twin.arrays import Array
-from twin.diagnose.fit_problem import FitProblem, modification_of
+from twin.diagnose.fit_problem import FitProblem
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_noise import predicted_bins
@@ -29,6 +30,12 @@ class PredictedData:
     left: Array
     """Array (r,). Whitened residual of the true model: what no model explains of the joint's own harmonics."""
 
+    @classmethod
+    def beside(cls, evidence: MeasuredData, harmonics: HarmonicResiduals | None, truth: FittedModel) -> Self:
+        """With what the model leaves of them."""
+        own = FitProblem(evidence, harmonics, truth.baseline, truth.hypotheses)
+        return cls(evidence, harmonics, own.predict(own.x0).residual)
+
 
 def predict_test_data(evidence: MeasuredData, truth: FittedModel, proposal: Proposal) -> PredictedData:
     """What a proposal would record.
@@ -47,16 +54,12 @@ def predict_test_data(evidence: MeasuredData, truth: FittedModel, proposal: Prop
         else:
             data = predicted_bins(evidence, truth, procedure, middle)
         data = _answered(evidence, truth, data)
-        return _beside(replace(evidence.without_steps(), broadband=(data,)), None, truth)
+        return PredictedData.beside(replace(evidence.without_steps(), broadband=(data,)), None, truth)
     assert isinstance(procedure, SteppedSine)
     steps = _steps(evidence, truth, procedure, proposal, last)
     predicted_data = replace(evidence, broadband=(), steps=steps)
-    return _beside(predicted_data, harmonic_residuals(ResidualModel(predicted_data), truth.baseline), truth)
-
-
-def _beside(evidence: MeasuredData, harmonics: HarmonicResiduals | None, truth: FittedModel) -> PredictedData:
-    own = FitProblem(evidence, harmonics, truth.baseline, truth.hypotheses)
-    return PredictedData(evidence, harmonics, own.predict(own.x0).residual)
+    harmonics = harmonic_residuals(ResidualModel(predicted_data), truth.baseline)
+    return PredictedData.beside(predicted_data, harmonics, truth)
 
 
 def _noise(
@@ -83,9 +86,8 @@ def _noise(
 
 def _answered(evidence: MeasuredData, truth: FittedModel, band: BinnedResponse) -> BinnedResponse:
     """The bins with what the model answers."""
-    there = replace(evidence.without_steps(), broadband=(band,))
-    residual_model = ResidualModel(there, modification_of(there, truth.hypotheses))
-    return replace(band, H=broadband_response(residual_model, band, truth.baseline))
+    there = truth.residual_model(replace(evidence.without_steps(), broadband=(band,)))
+    return replace(band, H=broadband_response(there, band, truth.baseline))
 
 
 def _steps(
@@ -102,9 +104,7 @@ def _steps(
     X = _amplitudes(evidence, truth, omega, force, time)
     nearest = _nearest(evidence.steps, omega, X)
     shape = _shape(evidence, nearest, omega, X, force, time, proposal.longer)
-    residual_model = ResidualModel(
-        replace(evidence, broadband=(), steps=shape), modification_of(evidence, truth.hypotheses)
-    )
+    residual_model = truth.residual_model(replace(evidence, broadband=(), steps=shape))
     R, driven, balance = residual_model.step_receptance(truth.baseline, inner=False)
     response = shape.response.copy()
     response[:, :, 0] = residual_model.responses(R, driven) * shape.force[:, :1]
@@ -112,8 +112,7 @@ def _steps(
     if residual_model.modification.nonlinear or residual_model.modification.opening:
         there = replace(evidence, broadband=(), steps=moved)
         residuals = harmonic_residuals(ResidualModel(there), truth.baseline)
-        residual_model = ResidualModel(there, modification_of(there, truth.hypotheses), residuals)
-        extra = residual_model.extra_harmonics(truth.baseline, R, balance)
+        extra = truth.residual_model(there, residuals).extra_harmonics(truth.baseline, R, balance)
         response[:, :, residuals.orders - 1] += np.moveaxis(extra, 1, 2)
         moved = replace(moved, response=response)
     return moved
@@ -134,9 +133,7 @@ def _amplitudes(evidence: MeasuredData, truth: FittedModel, omega: Array, force:
     response = shape.response.copy()
     response[:, reference, 0] = all_X * per_X
     shape = replace(shape, response=response)
-    residual_model = ResidualModel(
-        replace(evidence, broadband=(), steps=shape), modification_of(evidence, truth.hypotheses)
-    )
+    residual_model = truth.residual_model(replace(evidence, broadband=(), steps=shape))
     R, driven, _ = residual_model.step_receptance(truth.baseline, inner=False)
     gain = np.abs(residual_model.responses(R, driven)[:, reference])
     needed = (all_X * per_X / gain).reshape(count, LIMITS.law_points)

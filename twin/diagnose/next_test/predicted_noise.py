@@ -8,10 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from twin.diagnose.fit_problem import modification_of
 from twin.diagnose.fitted_model import FittedModel
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.spectra.broadband import BinnedResponse, response_bins
 from twin.procedures import Random
 
@@ -39,7 +37,7 @@ def predicted_bins(evidence: MeasuredData, truth: FittedModel, procedure: Random
         distortion=np.ones(bins),
         force_power=counts * of_each_line / 2,
     )
-    residual_model = ResidualModel(evidence, modification_of(evidence, truth.hypotheses))
+    residual_model = truth.residual_model(evidence)
     H = residual_model.responses(*residual_model.broadband_receptance(data, truth.baseline, data.omega))
     covariance = force_noise + np.eye(outputs) * (response_noise / np.abs(H) ** 2)[:, :, None]
     relative = (covariance / (counts * of_each_line)[:, None, None]).astype(complex)

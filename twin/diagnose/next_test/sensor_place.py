@@ -4,19 +4,17 @@ Each candidate place gets the noise that the response channels showed; the senso
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from twin.arrays import Array
-from twin.diagnose.fit_problem import FitProblem, modification_of
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import PredictedData
 from twin.diagnose.next_test.separation import Promise, least_promise
 from twin.identify.linear.linear_model import Output
 from twin.identify.measured_data import MeasuredData, drive_places
-from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.spectra.broadband import BinnedResponse
 from twin.rigs import BeamPart, Place
 
@@ -24,18 +22,10 @@ NEW = "new sensor"
 """Name of the channel that is predicted."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class SensorPlace:
-    """A place for a further accelerometer, with what that promises."""
-
-    place: Place
-    promise: Promise
-
-
 def best_sensor_place(
     evidence: MeasuredData, best: FittedModel, rivals: Sequence[FittedModel], *, margin: float
-) -> SensorPlace | None:
-    """The place that parts the best model from its rivals farthest; None without a broadband run.
+) -> tuple[Place, Promise] | None:
+    """The place that parts the best model from its rivals farthest, and what it promises; None without noise.
 
     Parameters
     ----------
@@ -47,8 +37,8 @@ def best_sensor_place(
     found = []
     for place in _candidate_places(evidence):
         data = [_predict_test_data(evidence, truth, place) for truth in (best, *rivals)]
-        found.append(SensorPlace(place=place, promise=least_promise(best, rivals, data, margin=margin)))
-    return max(found, key=lambda one: one.promise.share, default=None)
+        found.append((place, least_promise(best, rivals, data, margin=margin)))
+    return max(found, key=lambda one: one[1].share, default=None)
 
 
 def _candidate_places(evidence: MeasuredData) -> list[Place]:
@@ -89,12 +79,10 @@ def _predict_test_data(evidence: MeasuredData, truth: FittedModel, place: Place)
     outputs = (*evidence.outputs, Output(NEW, "acceleration", place))
     model = evidence.model.with_places(outputs, [drive_places(evidence)[0], *[*evidence.rig.drives.values()][1:]])
     more = replace(evidence.without_steps(), outputs=outputs, model=model, broadband=())
-    residual_model = ResidualModel(more, modification_of(more, truth.hypotheses))
+    residual_model = truth.residual_model(more)
     R, omega = residual_model.broadband_receptance(data, truth.baseline, data.omega)
     bins = _with_channel(evidence, data, residual_model.responses(R, omega))
-    more = replace(more, broadband=(bins,))
-    own = FitProblem(more, None, truth.baseline, truth.hypotheses)
-    return PredictedData(more, None, own.predict(own.x0).residual)
+    return PredictedData.beside(replace(more, broadband=(bins,)), None, truth)
 
 
 def _with_channel(evidence: MeasuredData, data: BinnedResponse, H: Array) -> BinnedResponse:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twin.arrays import Array
-from twin.diagnose.fit_problem import modification_of
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.next_test.limits import LIMITS
 from twin.identify.limits import LIMITS as IDENTIFY
@@ -55,7 +54,7 @@ def sweep_bands(evidence: MeasuredData, model: FittedModel, *, highest_Hz: float
 def _other_modes(
     evidence: MeasuredData, model: FittedModel, used: Array, highest_Hz: float, loudest_N: float
 ) -> Iterator[Band]:
-    residual_model = ResidualModel(evidence, modification_of(evidence, model.hypotheses))
+    residual_model = model.residual_model(evidence)
     motion = np.abs(residual_model.step_receptance(model.baseline, inner=False)[2].motion).max(axis=0)
     ranges = np.array([sensor.range for sensor in evidence.rig.response_sensors if sensor.channel in evidence.channels])
     for mode, natural in enumerate(residual_model.model.basis.omega[: IDENTIFY.damped_modes] / (2 * np.pi), start=1):

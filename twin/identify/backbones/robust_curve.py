@@ -26,11 +26,6 @@ class RobustCurve:
     """Value minus the prediction by all others, (n,)."""
 
     @property
-    def order(self) -> int:
-        """Of the polynomial."""
-        return len(self.coefficients) - 1
-
-    @property
     def widened(self) -> float:
         """By what a deviation is larger for 1.96 of them to hold 95 %: it is itself known from few values only."""
         freedom = max(len(self.left_out) - len(self.coefficients), 1)

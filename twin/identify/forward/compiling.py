@@ -20,8 +20,8 @@ def compile_kernels() -> None:
     h, point = len(LIMITS.odd_harmonics), np.ones((1, 1))
     around = np.zeros((1, h, 1, 1), complex)
     openings = Openings(
-        point + 0j, 0 * point, point, point, one, np.zeros(1, int), LIMITS.odd_harmonics, around, around[..., 0],
-        around, around[..., 0],
+        point + 0j, 0 * point, point, one, np.zeros(1, int), LIMITS.odd_harmonics, around, around[..., 0], around,
+        around[..., 0],
     )  # fmt: skip
     balance_openings([law], openings)
     spring = NonlinearForce(

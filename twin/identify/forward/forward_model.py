@@ -63,12 +63,13 @@ class ForwardModel(LinearForwardModel):
         forces = np.arange(count)[self.nonlinear_ports]
         self.moving = np.concatenate([np.arange(count, len(self.step_model.ports.outer)), forces])
         self.slaps = tuple(self.modification.opening.get(joint.name) for joint in self.model.structure.joints)
-        self.local = LocalForces(self.modification.nonlinear, self._weights(), self.points.joint)
+        weights = self.weights_at(self.step_times)
+        self.local = LocalForces(self.modification.nonlinear, weights, self.points.joint)
 
-    def _weights(self) -> Array:
-        """Of the layer's points at each step; what a drift has left of E' is left of what the law takes off it, too."""
-        weights = np.tile(self.points.weights, (len(self.evidence.steps), 1))
-        weights[:, : len(self.points)] *= self.normal_left(self.step_times)[:, self.points.joint]
+    def weights_at(self, time_s: Array) -> Array:
+        """Of the layer's points (t, 2 p): what a drift has left of E' is left of what the law takes off it, too."""
+        weights = np.tile(self.points.weights, (len(time_s), 1))
+        weights[:, : len(self.points)] *= self.normal_left(time_s)[:, self.points.joint]
         return weights
 
     def broadband_receptance(
@@ -171,14 +172,15 @@ class ForwardModel(LinearForwardModel):
             balance = balance_openings(baseline.laws, openings, self.slaps, start=harmonics[rows])
             here, harmonics[rows] = found.of_steps(rows), balance.motion
             squares = squares_of(openings.slips(balance), openings.orders)
-            beyond = self.added_by_harmonics(baseline, here, openings, balance, squares)
+            local = self.local_at(found).of_steps(rows)
+            beyond = self.added_by_harmonics(baseline, local, here, balance, squares)
             change = np.abs(beyond).max(axis=1, initial=0.0)
             changed = float(change.max())
             amplitude, more = np.abs(here.motion), np.zeros_like(here.stiffness)
             more[:, :p] = balance.more
             growth = growth_of_more(baseline.laws, openings, balance, self.slaps)
             added, used = Added(more, growth, finite_log(amplitude[:, :p]), squares), here.added.squares
-            taken, local = accelerated(added, used, before), self.local_at(found).of_steps(rows)
+            taken = accelerated(added, used, before)
             moved = local.balance(baseline.laws, omega[rows], around.of_steps(rows), added=taken, start=here.motion)
             found = found.with_steps(rows, moved)
             if turn:
@@ -195,7 +197,7 @@ class ForwardModel(LinearForwardModel):
         return replace(self.local, ripples=ripples) if known else self.local
 
     def added_by_harmonics(
-        self, baseline: BaselineParameters, found: Balance, openings: Openings, harmonics: OpeningBalance,
+        self, baseline: BaselineParameters, local: LocalForces, found: Balance, harmonics: OpeningBalance,
         squares: Array,
     ) -> Array:  # fmt: skip
         """Stiffness (s, 2 p) that harmonics, with these squares of the slips, add beyond what they add in a balance."""
@@ -204,16 +206,19 @@ class ForwardModel(LinearForwardModel):
         now, before = (
             running_loss(baseline.laws, self.points.joint, slips, each) for each in (squares, found.added.squares)
         )
-        lossier = 1j * openings.slip_weight * (now - before)
+        lossier = 1j * local.weights[:, p:] * (now - before)
         return np.concatenate([harmonics.more, lossier], axis=1) - found.more[:, : 2 * p]
 
     def surroundings(self, free: Array, omega: Array) -> Surroundings:
         """What is around the moving ports at the steps, from receptances without what acts there."""
-        at, outputs, reference = self.moving, self.model.ports.outputs, self.evidence.reference
-        into = self.driven(free, omega)
-        reading = self.measured(into[:, outputs], omega)[:, reference]
-        to_outputs = self.measured_change(free[:, outputs][:, :, at], omega)[:, reference]
-        return Surroundings(free[:, at[:, None], at], into[:, at], reading, to_outputs, self.undrifted_reading)
+        return self.surroundings_of(self.evidence.reference, free, omega, self.undrifted_reading)
+
+    def surroundings_of(self, output: int, free: Array, omega: Array, reading: Array) -> Surroundings:
+        """The same at any frequencies (f,), from the readings (f,) of any one output."""
+        at, outputs, into = self.moving, self.model.ports.outputs, self.driven(free, omega)
+        driven = self.measured(into[:, outputs], omega)[:, output]
+        to_output = self.measured_change(free[:, outputs][:, :, at], omega)[:, output]
+        return Surroundings(free[:, at[:, None], at], into[:, at], driven, to_output, reading)
 
     @cached_property
     def undrifted_reading(self) -> Array:
@@ -249,9 +254,9 @@ class ForwardModel(LinearForwardModel):
             driven.append(R[:, at, drive] * force[:, None] - by_own[:, :, 0])
         to_points, points_driven = np.stack(compliance, axis=1), np.stack(driven, axis=1)
         return Openings(
-            balance.motion[:, :p], self._secant(balance)[:, :p].real, self.local.weights[:, :p],
-            self.local.weights[:, p:], baseline.base.E, self.points.joint, orders, to_points[:, :, :p],
-            points_driven[:, :, :p], to_points[:, :, p:], points_driven[:, :, p:],
+            balance.motion[:, :p], self._secant(balance)[:, :p].real, self.local.weights[:, :p], baseline.base.E,
+            self.points.joint, orders, to_points[:, :, :p], points_driven[:, :, :p], to_points[:, :, p:],
+            points_driven[:, :, p:],
         )  # fmt: skip
 
     def forced_harmonics(self, baseline: BaselineParameters, balance: Balance, orders: Sequence[int]) -> Array:

@@ -19,7 +19,7 @@ from twin.identify.jenkins import RIPPLES
 from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_model import LinearParameters
 from twin.identify.linear.structural_modification import update_receptance
-from twin.identify.nonlinear.balance import Added
+from twin.identify.nonlinear.balance import Added, finite_log
 from twin.identify.nonlinear.joint_law import LayerLaw
 from twin.identify.nonlinear.local_forces import LocalForces, Surroundings
 from twin.identify.nonlinear.opening_harmonics import (
@@ -51,12 +51,6 @@ class HeldStates:
     unsettled: Array
     """Relative disagreement of motion and stiffness, (s,)."""
 
-    @staticmethod
-    def together(pieces: list[HeldStates]) -> HeldStates:
-        """One after the other."""
-        names = ("motion", "stiffness", "response", "by_stiffness", "unsettled")
-        return HeldStates(*(np.concatenate([getattr(piece, name) for piece in pieces]) for name in names))
-
 
 class HeldRig:
     """A rig at f frequencies of its drive.
@@ -82,16 +76,11 @@ class HeldRig:
         output: int, frequency: Array, *, own_harmonics: bool,
     ) -> None:  # fmt: skip
         self._rig, self._base, self.laws, self._rest, self._output = rig, base, laws, rest, output
-        now, p = np.zeros(len(frequency)), len(rig.points)
-        weights = rig.points.weights * np.ones((len(frequency), 1))
-        weights[:, :p] *= rig.normal_left(now)[:, rig.points.joint]
-        self.weights, self._at_rest = weights, weights * self._at_points(rest)
+        now = np.zeros(len(frequency))
+        self.weights = rig.weights_at(now)
+        self._at_rest = self.weights * self._at_points(rest)
         self._frequency, self.omega = frequency, rig.clock(frequency, now)
-        free = self._free()
-        at, outputs, into = rig.moving, rig.model.ports.outputs, rig.driven(free, self.omega)
-        self._among, self._driven = free[:, at[:, None], at], into[:, at]
-        self._reading = rig.measured(into[:, outputs], self.omega)[:, output]
-        self._to_reading = rig.measured_change(free[:, outputs][:, :, at], self.omega)[:, output]
+        self._per_reading = rig.surroundings_of(output, self._free(), self.omega, np.ones(len(frequency), complex))
         self._own_harmonics = own_harmonics and has_harmonics(laws, rig.slaps)
 
     def _at_points(self, of_joints: Sequence[tuple[float, float]]) -> Array:
@@ -113,7 +102,7 @@ class HeldRig:
         other = HeldRig(
             self._rig, base, self.laws, self._rest, self._output, self._frequency, own_harmonics=False
         )  # fmt: skip
-        _, response, _ = other.surroundings(rows, np.ones(len(rows))).reading(states.stiffness)
+        _, response, _ = other._per_reading.of_steps(rows).reading(states.stiffness)
         return np.asarray(np.log(response / states.response) / LIMITS.held_response_difference)
 
     def at_ends_of_law(self) -> tuple[Array, Array, Array]:
@@ -121,15 +110,14 @@ class HeldRig:
 
         The latter are zero where there is no law.
         """
-        p = self.points
+        p, around = self.points, self._per_reading
         last = self._at_points([(law.softening[-1], law.loss[-1]) for law in self.laws])
-        stiffness = np.zeros_like(self._driven)
+        stiffness = np.zeros_like(around.driven)
         stiffness[:, : 2 * p] = last * self.weights
-        linear, most = self._reading, np.zeros(len(self._reading))
-        everywhere = np.arange(len(self._reading))
-        _, at_last, _ = self.surroundings(everywhere, np.ones(len(everywhere))).reading(stiffness)
+        linear, most = around.reference, np.zeros(len(around.reference))
+        _, at_last, _ = around.reading(stiffness)
         for k in (np.zeros_like(stiffness), stiffness):
-            motion = np.abs(self.surroundings(everywhere, np.ones(len(everywhere))).motion(k))
+            motion = np.abs(around.motion(k))
             for number, law in enumerate(self.laws):
                 own = np.flatnonzero(self._rig.points.joint == number)
                 if np.any(law.softening):
@@ -154,7 +142,7 @@ class HeldRig:
         every = np.arange(len(low))
         first = np.floor(np.log(low) / LIMITS.held_response_stride).astype(int)
         count = int(np.max(np.ceil(np.log(high) / LIMITS.held_response_stride) - first)) + 3
-        shape = (count, *self._driven.shape)
+        shape = (count, *self._per_reading.driven.shape)
         more, log_motion = np.zeros(shape, complex), np.zeros(shape)
         added, ripples = Added.nothing(shape, self.points), self._linear_ripples(count)
         for turn in range(1 + HARMONIC_TURNS if self._own_harmonics else 1):
@@ -164,7 +152,7 @@ class HeldRig:
                 if turn:
                     start = log_motion[c]
                 elif c < 2:
-                    start = np.log(np.maximum(np.abs(around.motion(np.zeros_like(self._driven))), 1e-300))
+                    start = finite_log(np.abs(around.motion(np.zeros_like(around.driven))))
                 else:
                     start = 2 * log_motion[c - 1] - log_motion[c - 2]
                 found = self.forces(every, ripples[c]).balance(
@@ -172,16 +160,14 @@ class HeldRig:
                 )
                 more[c] = found.more
                 motion[c], stiffness[c] = found.motion, found.stiffness - more[c]
-                log_motion[c] = np.log(np.maximum(np.abs(found.motion), 1e-300))
+                log_motion[c] = finite_log(np.abs(found.motion))
             if self._own_harmonics and turn < HARMONIC_TURNS:
                 added = self._by_harmonics(motion, stiffness, log_motion, ripples)
         return HeldBranch(self, first, more, added.squares, log_motion, ripples)
 
     def surroundings(self, rows: Array, reading: Array) -> Surroundings:
         """What is around the moving ports at some frequencies, with these readings."""
-        return Surroundings(
-            self._among[rows], self._driven[rows], self._reading[rows], self._to_reading[rows], reading + 0j
-        )
+        return replace(self._per_reading.of_steps(rows), amplitude=reading + 0j)
 
     def forces(self, rows: Array, ripples: Array) -> LocalForces:
         """What acts at the moving ports there."""
@@ -220,9 +206,8 @@ class HeldRig:
             ripples[c, rows] = own.swapaxes(1, 2)
             driven = self._driven_by_forces(around, motion[c, rows, 2 * p :], rows, ripples[c, rows], orders)
             openings = Openings(
-                motion[c, rows, :p], secant[:, :p].real, self.weights[rows, :p], self.weights[rows, p:],
-                self._base.E, joint, orders, around[:, :, :p, :p], driven[:, :, :p], around[:, :, p : 2 * p, :p],
-                driven[:, :, p : 2 * p],
+                motion[c, rows, :p], secant[:, :p].real, self.weights[rows, :p], self._base.E, joint, orders,
+                around[:, :, :p, :p], driven[:, :, :p], around[:, :, p : 2 * p, :p], driven[:, :, p : 2 * p],
             )  # fmt: skip
             balance = balance_openings(self.laws, openings, self._rig.slaps)
             added.stiffness[c, rows, :p] = balance.more
@@ -272,7 +257,7 @@ class HeldBranch:
     def states(self, rows: Array, reading: Array) -> HeldStates:
         """States at the frequencies `rows` (s,) and amplitudes (s,) of the channel's reading."""
         pieces = [self._chunk(rows[k : k + CHUNK], reading[k : k + CHUNK]) for k in range(0, max(len(rows), 1), CHUNK)]
-        return HeldStates.together(pieces)
+        return HeldStates(*map(np.concatenate, zip(*(vars(piece).values() for piece in pieces), strict=True)))
 
     def _chunk(self, rows: Array, reading: Array) -> HeldStates:
         rig, place = self.rig, np.log(reading) / LIMITS.held_response_stride - self.first[rows]

@@ -8,7 +8,7 @@ logarithm of amplitude, with s(0) = l(0) = 0: a law that saturates wants many or
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -68,11 +68,6 @@ class LayerLaw:
     def vector(self) -> Array:
         """Softening, then loss."""
         return np.concatenate([self.softening, self.loss])
-
-    def with_vector(self, vector: Array) -> LayerLaw:
-        """The law of the same knots with other values."""
-        n = len(self.opening_knots)
-        return replace(self, softening=vector[:n], loss=vector[n:])
 
     def softening_with_slope(self, opening_m: Array) -> tuple[Array, Array]:
         """Matrices (..., n) from :attr:`softening` to its values at openings (...), and to derivatives by their log."""

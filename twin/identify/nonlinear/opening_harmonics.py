@@ -53,9 +53,7 @@ class Openings:
     secant: Array
     """Stiffness that the law takes off each there, N/m (negative), (s, p)."""
     weight: Array
-    """A modulus times it is a stiffness, (s, p);"""
-    slip_weight: Array
-    """the same of the slips, (s, p)."""
+    """A modulus times it is a stiffness, (s, p)."""
     modulus: Array
     """E' of the joints, N/m2, (j,)."""
     joint: NDArray[np.int64]
@@ -73,9 +71,7 @@ class Openings:
 
     def of_steps(self, rows: NDArray[np.intp]) -> Openings:
         """At some of the steps."""
-        names = (
-            "fundamental", "secant", "weight", "slip_weight", "compliance", "driven", "to_slips", "slips_driven"
-        )  # fmt: skip
+        names = ("fundamental", "secant", "weight", "compliance", "driven", "to_slips", "slips_driven")
         return replace(self, **{name: getattr(self, name)[rows] for name in names})
 
     def slips(self, balance: OpeningBalance) -> Array:

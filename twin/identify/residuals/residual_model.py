@@ -133,7 +133,7 @@ class ResidualModel(ForwardModel):
         start = start if start is not None and start.shape == openings.driven.shape else None
         harmonics = balance_openings(baseline.laws, openings, self.slaps, start=start)
         squares = squares_of(openings.slips(harmonics), openings.orders)
-        return self.added_by_harmonics(baseline, found, openings, harmonics, squares), harmonics.motion
+        return self.added_by_harmonics(baseline, self.local, found, harmonics, squares), harmonics.motion
 
     def _broadband(
         self, index: int, baseline: BaselineParameters, whitening: Whitening, sensitivities: bool
@@ -174,13 +174,6 @@ class ResidualModel(ForwardModel):
         J = ratio[:, :, None] * change[0]
         return white, [(slice(None), whitening.columns(np.concatenate([J.real, J.imag], axis=1)))]
 
-    def covariances(self, baseline: BaselineParameters) -> Covariances:
-        """What the residuals' covariances are made of at these unknowns."""
-        return self._covariances(baseline, self._step_state(baseline))
-
-    def _step_state(self, baseline: BaselineParameters) -> tuple[Array, Array, Balance] | None:
-        return self.step_receptance(baseline) if len(self.evidence.steps) else None
-
     def _covariances(self, baseline: BaselineParameters, state: tuple[Array, Array, Balance] | None) -> Covariances:
         def by_stiffness(change: Array) -> Array:
             return np.asarray(change[:, :, baseline.blocks["frequency_discrepancy"]] / 2)
@@ -212,7 +205,7 @@ class ResidualModel(ForwardModel):
 
     def linearisation(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Linearisation:
         """What a fit that begins at these unknowns may hold; without sensitivities, what residuals at these need."""
-        state = self._step_state(baseline)
+        state = self.step_receptance(baseline) if len(self.evidence.steps) else None
         made_of, errors = self._covariances(baseline, state), self.errors
         white = made_of.of_broadband(errors.broadband), made_of.of_steps(errors.steps)
         if state is None:

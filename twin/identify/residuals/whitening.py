@@ -130,13 +130,6 @@ class HarmonicResiduals:
         error = unsettled[:, None, None, None] ** 2 * np.abs(self.residual[..., None]) ** 2
         return replace(self, covariance=self.covariance + error * np.eye(self.residual.shape[2]))
 
-    def select(self, keep: Array) -> HarmonicResiduals:
-        """The steps where `keep` is true."""
-        return replace(
-            self, residual=self.residual[keep], covariance=self.covariance[keep], shares=self.shares[keep],
-            field=self.field[keep],
-        )  # fmt: skip
-
     @cached_property
     def terms(self) -> CovarianceTerms:
         """Of their covariance with the shares."""

@@ -42,8 +42,6 @@ class SteadyState:
     """Where it was measured."""
     index: int
     """Of the step in its sweep."""
-    position: int
-    """Of the step in the run, in order of time."""
     frequency_Hz: float
     target_channel: str
     target_amplitude: float
@@ -120,11 +118,11 @@ def steady_states(
     names = list(channels or run.channels)
     measured = [stretch for stretch in measured_stretches(run) if stretch.step.frequency_Hz > 0]
     measured.sort(key=lambda stretch: stretch.start_ns)
-    states = [_fit(run, stretch, names, position, lines or {}) for position, stretch in enumerate(measured)]
+    states = [_fit(run, stretch, names, lines or {}) for stretch in measured]
     return [state for state in states if state is not None]
 
 
-def _fit(run: Run, stretch: Stretch, names: list[str], position: int, lines: Mapping[str, Line]) -> SteadyState | None:
+def _fit(run: Run, stretch: Stretch, names: list[str], lines: Mapping[str, Line]) -> SteadyState | None:
     step = stretch.step
     omega = 2 * np.pi * step.frequency_Hz
     amplitude, variance, drift, drift_std = {}, {}, {}, {}
@@ -163,7 +161,6 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int, lines: Map
         run=run.path,
         sweep=step.sweep,
         index=step.index,
-        position=position,
         frequency_Hz=step.frequency_Hz,
         target_channel=step.target_channel,
         target_amplitude=step.target_amplitude,

@@ -65,11 +65,6 @@ class BroadbandRecord:
     """How much later than the stretch's start each channel's first sample was taken, by its device's clock."""
 
     @property
-    def lost(self) -> int:
-        """Samples that were missing, of all channels."""
-        return sum(map(len, self.missing.values()))
-
-    @property
     def length(self) -> int:
         """Samples of a channel."""
         return self.samples.length if isinstance(self.samples, _Cut) else len(next(iter(self.samples.values())))

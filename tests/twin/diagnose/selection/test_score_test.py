@@ -285,7 +285,7 @@ def density(evidence, baseline, errors, column):
     problem = FitProblem(evidence, None, baseline, (), errors=errors)
     weighed = problem.weighed()
     r, J = weighed.here.residual, weighed.here.jacobian
-    made_of = problem.residual_model(problem.x0, weighed.held).covariances(baseline)
+    made_of = problem.residual_model(problem.x0, weighed.held).linearisation(baseline, sensitivities=False).made_of
     volume = 2 * sum(white.log_determinant() for white in made_of.of_broadband(errors.broadband))
     volume += made_of.of_steps(errors.steps).log_determinant()
     C = np.eye(len(r)) + J @ np.linalg.solve(problem.precision, J.T)

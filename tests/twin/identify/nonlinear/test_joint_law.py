@@ -22,9 +22,8 @@ def test_values_at_the_knots_are_the_knots_and_at_rest_there_is_nothing():
 
 def test_one_vector_has_both_parts():
     law = LayerLaw(KNOTS, FINER, np.arange(20.0), np.arange(12.0))
-    doubled = law.with_vector(2 * law.vector)
-    np.testing.assert_array_equal(doubled.softening, 2 * law.softening)
-    np.testing.assert_array_equal(doubled.loss, 2 * law.loss)
+    np.testing.assert_array_equal(law.vector[:20], law.softening)
+    np.testing.assert_array_equal(law.vector[20:], law.loss)
 
 
 def test_beyond_the_last_knot_the_law_levels_off_without_a_corner():

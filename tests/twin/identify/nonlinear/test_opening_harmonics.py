@@ -54,7 +54,7 @@ def openings(orders, seed=0):
     compliance = np.linalg.inv(layer + beams - order**2 * mass + 0.05j * order * (beams + 1e6 * np.eye(3)))
     driven = 3e-8 * (rng.standard_normal((3, len(orders), 3)) + 1j * rng.standard_normal((3, len(orders), 3)))
     driven = driven * (order[:, :, 0] % 2)
-    at_rest = np.tile(WEIGHT, (3, 1)), np.tile(WEIGHT, (3, 1)), np.array([E]), np.zeros(3, int)
+    at_rest = np.tile(WEIGHT, (3, 1)), np.array([E]), np.zeros(3, int)
     slips = np.zeros_like(compliance), np.zeros_like(driven)
     return Openings(fundamental, secant, *at_rest, tuple(orders), compliance, driven, *slips)
 

@@ -255,7 +255,7 @@ def test_records_are_cut_from_a_run_and_losses_bridged_and_counted():
     )
     run = Run(path="r", info={}, channels=channels, devices={"daq": device}, steps=steps, events=())
     (record,) = broadband_records(run)
-    assert (record.duration_s, record.time_s, record.lost) == (6.0, 5.0, 20)
+    assert (record.duration_s, record.time_s, sum(map(len, record.missing.values()))) == (6.0, 5.0, 20)
     np.testing.assert_allclose(record.samples["x"], np.linspace(0, 1, n)[200:800], atol=1e-6)
 
 
