@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import Array
-from twin.diagnose.answer.comparison import noise_floors, relative_errors, second_harmonic, stands_out
+from twin.diagnose.answer.comparison import measured_second, noise_floors, relative_errors, second_harmonic
 from twin.diagnose.fit_problem import FitProblem
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.residual_columns import ResidualColumns
 from twin.identify.cholesky import Cholesky
 from twin.identify.frequency_shifts import swept_modes
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residuals.error_model import OF_SOFTENING, SOUND, Covariances
+from twin.identify.residuals.error_model import OF_SOFTENING, SOUND
 from twin.identify.residuals.harmonics import harmonic_residuals
 from twin.identify.residuals.likelihood import sound_errors
 from twin.identify.residuals.residual_model import ResidualModel
@@ -132,13 +132,12 @@ def _of_a_right_model(
 
     rows = changes.steps.reshape(-1, changes.count)
     left_open = {1: _of_complex(of_parameters(rows).reshape(len(unseen.steps), -1))}
-    out = stands_out(unseen, harmonics)
+    measured, _, out = measured_second(unseen, harmonics)
     if out.any():
         second = second_harmonic(harmonics, changes.harmonics)[out]
-        measured = np.abs(second_harmonic(harmonics, harmonics.residual)[out])
-        left_open[2] = np.sqrt(of_parameters(second.real) + of_parameters(second.imag)) / measured
+        left_open[2] = np.sqrt(of_parameters(second.real) + of_parameters(second.imag)) / np.abs(measured[out])
     made_of = there.held.made_of
-    assert isinstance(made_of, Covariances)
+    assert made_of is not None
     by_shift = _wander(model.baseline.shifts, learnt[0]) * made_of.shifts[1]
     sound = np.sum(made_of.of_steps(SOUND.steps).factor ** 2, axis=2) + np.sum(by_shift**2, axis=2)
     return _of_complex(sound), left_open

@@ -172,12 +172,7 @@ def answer_dict(verdict: Verdict, sentence: str, misfit: Misfit, causes: tuple[N
     return {
         "verdict": verdict,
         "answer": sentence,
-        "misfit": {
-            "chi2_per_dof": misfit.chi2_per_dof,
-            "after": misfit.after,
-            "threshold": misfit.threshold,
-            "where": list(misfit.where),
-        },
+        "misfit": {**asdict(misfit), "where": list(misfit.where)},
         "causes": [
             {
                 "cause": c.cause,
