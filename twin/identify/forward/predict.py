@@ -110,17 +110,6 @@ class _Law:
         return std[0], std[1], farthest
 
 
-@dataclass(frozen=True)
-class _State:
-    """Steady states: acceleration per force, the force, the former's relative std, and what is told of each."""
-
-    accelerance: Array
-    force: Array
-    relative_std: Array
-    beyond: Array
-    unsettled: Array
-
-
 class RigResponse:
     """Predicts the response of a rig at one of its channels.
 
@@ -163,28 +152,13 @@ class RigResponse:
         reading = A / rig.omega[row] ** (2 - self._derivative)
         np.minimum.at(low, row, LIMITS.predict_smallest * reading)
         np.maximum.at(high, row, 1.1 * reading)
-        branch = rig.branch(low, high)
-        state = self._state(branch, row, reading)
-        stable = self._slope(branch, row, reading) > 0
-        std = state.relative_std * state.force
-        return self._prediction(np.arange(len(f)), f, state.force, A, std, stable, state)
+        return self._prediction(rig.branch(low, high), np.arange(len(f)), row, f, reading, held=A)
 
     def forced(self, frequency_Hz: Array, force_N: Array) -> RigPrediction:
         """Every steady acceleration that given force amplitudes can hold, branch by branch; `std` is its own."""
         f, F = np.asarray(frequency_Hz, float), np.asarray(force_N, float)
         branch, row, steps, reading = self._solutions(f, F)
-        state = self._state(branch, row[steps], reading)
-        slope = self._slope(branch, row[steps], reading)
-        A = reading * branch.rig.omega[row[steps]] ** (2 - self._derivative)
-        with np.errstate(divide="ignore"):
-            std = np.minimum(state.relative_std / np.abs(slope), 1.0) * A
-        return self._prediction(steps, f[steps], F[steps], A, std, slope > 0, state)
-
-    def _prediction(
-        self, steps: Array, f: Array, F: Array, A: Array, std: Array, stable: Array, state: _State
-    ) -> RigPrediction:
-        phase, unsettled = np.angle(-state.accelerance), state.unsettled > SETTLED
-        return RigPrediction(steps, f, F, A, std, phase, _branches(steps), stable, state.beyond, unsettled)
+        return self._prediction(branch, steps, row[steps], f[steps], reading, force=F[steps])
 
     def _at_frequencies(self, f: Array) -> tuple[HeldRig, Array]:
         """The rig at the distinct frequencies, and which of them each row has."""
@@ -282,9 +256,13 @@ class RigResponse:
         up, down = (self._force(branch, rows, reading * np.exp(side * step)) for side in (1, -1))
         return np.asarray(np.log(up / down) / (2 * step))
 
-    def _state(self, branch: HeldBranch, rows: Array, reading: Array) -> _State:
+    def _prediction(
+        self, branch: HeldBranch, steps: Array, rows: Array, f: Array, reading: Array, *, held: Array | None = None,
+        force: Array | None = None,
+    ) -> RigPrediction:  # fmt: skip
+        """Solutions at readings (r,), of which either the acceleration is `held` or the force is given."""
         rig, found = branch.rig, branch.states(rows, reading)
-        p = rig.points
+        p, to_acceleration = rig.points, (1j * rig.omega[rows]) ** (2 - self._derivative)
         by_modulus = (found.by_stiffness[:, : 2 * p] * rig.weights[rows] * np.repeat([1.0, 1j], p)).real
         parts, beyond, motion = np.zeros(len(rows)), np.zeros(len(rows)), np.abs(found.motion)
         for joint, law in enumerate(self._laws):
@@ -296,9 +274,16 @@ class RigResponse:
             beyond = np.maximum(beyond, farthest)
         for mode, error in self._damping_errors():
             parts = parts + (error * rig.by_damping(rows, found, mode).real) ** 2
-        relative = np.sqrt(parts + LIMITS.response_error**2)
-        accelerance = found.response * (1j * rig.omega[rows]) ** (2 - self._derivative)
-        return _State(accelerance, reading / np.abs(found.response), relative, beyond, found.unsettled)
+        relative, slope = np.sqrt(parts + LIMITS.response_error**2), self._slope(branch, rows, reading)
+        A = reading * np.abs(to_acceleration) if held is None else held
+        if force is None:
+            force = reading / np.abs(found.response)
+            std = relative * force
+        else:
+            with np.errstate(divide="ignore"):
+                std = np.minimum(relative / np.abs(slope), 1.0) * A
+        phase, unsettled = np.angle(-found.response * to_acceleration), found.unsettled > SETTLED
+        return RigPrediction(steps, f, force, A, std, phase, _branches(steps), slope > 0, beyond, unsettled)
 
     def _damping_errors(self) -> list[tuple[int, float]]:
         """Modes whose damping ratio is uncertain, with its relative standard deviation.
