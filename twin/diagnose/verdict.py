@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.diagnose.answer.result import Estimate, NamedCause, Verdict
+from twin.diagnose.fit_problem import CauseHypothesis
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.places import told_place
@@ -118,19 +119,17 @@ def named_causes(
         source = search.model if {h.key for h in model.hypotheses} == in_model else model
         if p < LIMITS.worth_a_line and source is not search.model:
             continue
-        for number, _ in enumerate(source.hypotheses):
-            key = source.hypotheses[number].key
-            if key not in told:
-                told.add(key)
-                taken = key in in_model and verdict != "unknown"
-                named.append(_named(search.evidence, source, number, float(p), others if taken else (), taken))
+        for hypothesis in source.hypotheses:
+            if hypothesis.key not in told:
+                told.add(hypothesis.key)
+                taken = hypothesis.key in in_model and verdict != "unknown"
+                named.append(_named(search.evidence, hypothesis, float(p), others if taken else (), taken))
     return tuple(sorted(named, key=lambda cause: (-cause.in_model, -cause.probability)))
 
 
 def _named(
-    evidence: MeasuredData, model: FittedModel, number: int, probability: float, rivals: tuple[str, ...], in_model: bool
-) -> NamedCause:  # fmt: skip
-    hypothesis = model.hypotheses[number]
+    evidence: MeasuredData, hypothesis: CauseHypothesis, probability: float, rivals: tuple[str, ...], in_model: bool
+) -> NamedCause:
     parameters: dict[str, Estimate | str | tuple[int, ...]] = dict(hypothesis.label)
     values, std, nodes = told_place(
         evidence, hypothesis.label, *hypothesis.cause.reported(hypothesis.values, hypothesis.std)

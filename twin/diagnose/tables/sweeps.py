@@ -153,7 +153,12 @@ def _force_error(sweep: BackboneSweep, law: ModalLaw, frequency_Hz: float, dampi
     """Relative error of the force by a linear mode."""
     knots = len(law.amplitude_m_per_s2)
     own = law.model_copy(update={"frequency_Hz": [frequency_Hz] * knots, "damping_ratio": [damping] * knots})
-    return np.asarray(predict_held(own, sweep.frequency_Hz, sweep.acceleration_m_per_s2).force_N / sweep.force_N - 1)
+    return _error_of_law(sweep, own)
+
+
+def _error_of_law(sweep: BackboneSweep, law: ModalLaw) -> Array:
+    """Relative error of the force by a law."""
+    return np.asarray(predict_held(law, sweep.frequency_Hz, sweep.acceleration_m_per_s2).force_N / sweep.force_N - 1)
 
 
 def _causes(drift: FrequencyDrift) -> tuple[NamedCause, ...]:
@@ -229,18 +234,15 @@ def _gain(
         columns: list[list[float]] = [[], []]
         for sweep, row in zip(sweeps, rows, strict=True):
             if row.inside:
-                damping = float(np.interp(row.amplitude_m_per_s2, law.amplitude_m_per_s2, law.damping_ratio))
                 for errors, column in zip((drift.without, drift.left_out), columns, strict=True):
-                    predicted = row.frequency_Hz - float(errors[row.order - 1])
-                    column.append(rms(_force_error(sweep, law, predicted, damping)))
+                    column.append(_moved_alone(sweep, row, law, row.frequency_Hz - float(errors[row.order - 1])))
         before, after = (rms(np.array(column)) for column in columns)
     return HeldOutValues(before, after, floor, how=how, sweeps=names)
 
 
 def _on_held_out(sweeps: Sequence[BackboneSweep], paths: Sequence[str | Path], law: ModalLaw) -> HeldOutValues:
     """Errors of the force by the law of all sweeps; a drift cannot be applied to sweeps of another table."""
-    errors = [predict_held(law, s.frequency_Hz, s.acceleration_m_per_s2).force_N / s.force_N - 1 for s in sweeps]
-    error = rms(np.concatenate(errors))
+    error = rms(np.concatenate([_error_of_law(sweep, law) for sweep in sweeps]))
     names = tuple(sweep.level for sweep in sweeps)
     runs, how = tuple(Path(path).name for path in paths), "sweeps of the held-out tables"
     return HeldOutValues(error, error, law.force_relative_std, how=how, runs=runs, sweeps=names)
@@ -258,7 +260,8 @@ def _notes(
     notes = [
         f"sweep {row.sweep} at {row.amplitude_m_per_s2:.0f} m/s2 lies {row.shift_Hz:+.3f} Hz "
         f"({abs(row.shift_Hz) / scale:.0f} times the scatter expected) from the law of all others; its force is "
-        f"predicted to {100 * row.force_error:.1f} %, to {100 * _shift_alone(sweep, row, law):.1f} % once its "
+        f"predicted to {100 * row.force_error:.1f} %, to "
+        f"{100 * _moved_alone(sweep, row, law, row.frequency_Hz):.1f} % once its "
         f"resonance alone is moved, to {100 * row.own_error:.1f} % by a mode of its own"
         for sweep, row in zip(sweeps, rows, strict=True)
         if row.shifted
@@ -283,17 +286,17 @@ def _notes(
     return [note for note in notes if note]
 
 
-def _shift_alone(sweep: BackboneSweep, row: SweepRow, law: ModalLaw) -> float:
-    """Error of the force with the sweep's own resonance and the law's damping."""
+def _moved_alone(sweep: BackboneSweep, row: SweepRow, law: ModalLaw, frequency_Hz: float) -> float:
+    """Error of the force with another resonance and the law's damping."""
     damping = float(np.interp(row.amplitude_m_per_s2, law.amplitude_m_per_s2, law.damping_ratio))
-    return rms(_force_error(sweep, law, row.frequency_Hz, damping))
+    return rms(_force_error(sweep, law, frequency_Hz, damping))
 
 
 def _by_range(sweeps: Sequence[BackboneSweep], rows: Sequence[SweepRow], law: ModalLaw) -> str:
     """Errors of the law fitted to all sweeps, by range of frequency about each sweep's resonance."""
     parts: dict[str, list[Array]] = {"below": [], "at": [], "above": []}
     for sweep, row in zip(sweeps, rows, strict=True):
-        error = predict_held(law, sweep.frequency_Hz, sweep.acceleration_m_per_s2).force_N / sweep.force_N - 1
+        error = _error_of_law(sweep, law)
         away = (sweep.frequency_Hz / row.frequency_Hz - 1) / row.damping_ratio
         for name, here in (("below", away < -1), ("at", np.abs(away) <= 1), ("above", away > 1)):
             parts[name].append(error[here])

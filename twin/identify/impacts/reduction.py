@@ -20,6 +20,7 @@ from twin.arrays import Array
 from twin.identify.impacts.hits import HitRecord, Hits
 from twin.identify.limits import LIMITS
 from twin.identify.responses.limits import LIMITS as RESPONSES
+from twin.identify.rms import rms
 
 Estimator = Literal["H1", "H2", "Hv"]
 
@@ -144,16 +145,12 @@ def _ends(hits: Hits) -> tuple[float, float]:
         for name in hits.channels:
             x = hit.record.samples[name][: hits.length]
             before, first, last = x[: max(1, top - hit.half)], x[top : top + after], x[-after:]
-            begin = _rms(first)
-            quiet = _rms(np.diff(before) / np.sqrt(2)) if len(before) > 2 else 0.0
-            ends.append([np.sqrt(max(_rms(each) ** 2 - quiet**2, 0.0)) / begin for each in (last, before)])
+            begin = rms(first)
+            quiet = rms(np.diff(before) / np.sqrt(2)) if len(before) > 2 else 0.0
+            ends.append([np.sqrt(max(rms(each) ** 2 - quiet**2, 0.0)) / begin for each in (last, before)])
         remains.append([end for end, _ in ends])
         moving.append([start for _, start in ends])
     return float(np.max(np.median(remains, axis=0))), float(np.max(np.median(moving, axis=0)))
-
-
-def _rms(x: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(x)))) if len(x) else 0.0
 
 
 def _notes(hits: Hits, how: Reduction, remains: float, moving: float, share: float) -> Iterator[str]:

@@ -7,7 +7,7 @@ modulus of each of its materials.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -209,8 +209,7 @@ def measured_frequencies(
 
 def _nothing_of(rig: Rig, state: str) -> dict[str, Any]:
     """The fields of evidence without a recording."""
-    nothing = blank_data(rig, state if rig.joints else None)
-    return {field.name: getattr(nothing, field.name) for field in fields(nothing)}
+    return dict(vars(blank_data(rig, state if rig.joints else None)))
 
 
 def sort_by_state(
