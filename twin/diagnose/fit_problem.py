@@ -18,7 +18,7 @@ from twin.identify.limits import LIMITS
 from twin.identify.linear.linear_fit import largest_step
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.residuals.error_model import OF_SHIFTS, ErrorModel
+from twin.identify.residuals.error_model import ErrorModel
 from twin.identify.residuals.frequency_model import FrequencyModel
 from twin.identify.residuals.likelihood import residual_model, solves_modes, sound_errors
 from twin.identify.residuals.linearisation import Linearisation
@@ -124,15 +124,14 @@ class FitProblem:
 
     @cached_property
     def precision_terms(self) -> list[Array]:
-        """What shifts and roughness of one each add to the precision (n, n), which goes by their inverse squares."""
-        numbers, found = np.arange(len(self.errors.log_sizes)), []
-        one = np.where(numbers < OF_SHIFTS, self.errors.log_sizes, 0.0)
-        for number in numbers[OF_SHIFTS:]:
-            found.append(np.zeros_like(self.precision))
-            for log_sizes, sign in ((one, 1), (np.where(numbers == number, np.inf, one), -1)):
-                own = self._base.inferred_precision(self.start, self.errors.with_log_sizes(log_sizes))
-                found[-1][: self.count, : self.count] += sign * own
-        return found
+        """What shifts and roughness of one each add to the base family's precision (u, u), by their inverse squares."""
+
+        def inferred(shifts: float, softening: float, loss: float) -> Array:
+            errors = replace(self.errors, shifts=shifts, roughness=(softening, loss))
+            return self._base.inferred_precision(self.start, errors)
+
+        none = inferred(np.inf, np.inf, np.inf)  # what holds the shifts' mean, whatever their size
+        return [inferred(*sizes) - none for sizes in np.where(np.eye(3), 1.0, np.inf).tolist()]
 
     @property
     def bounds(self) -> tuple[Array, Array]:

@@ -171,7 +171,7 @@ class MarginalLikelihood:
         slopes = np.zeros(len(errors.log_sizes))
         for kind, where in OF_KINDS.items():
             slopes[where] = self._slopes_by_data(kind, errors, weights)
-        n, sizes = len(self._problem.x0), np.exp(errors.log_sizes[OF_SHIFTS:])
+        n, sizes = self._problem.count, np.exp(errors.log_sizes[OF_SHIFTS:])
         beyond = (np.outer(away, away) + spread)[:n, :n] - Cholesky.of(about.precision[:n, :n]).inverse
         slopes[OF_SHIFTS:] = [np.vdot(beyond, term) for term in self._problem.precision_terms] * (-2 / sizes**2)
         return about.log_likelihood, -0.5 * slopes

@@ -154,7 +154,7 @@ def baseline_bounds(baseline: BaselineParameters, side: int) -> Array:
     softening, loss = ((-MOST_STIFFENED, 0.0), (MOST_SOFTENED, np.inf))[side]
     bounds = np.empty(len(baseline.blocks))
     bounds[: baseline.of_laws.start] = base_bounds(baseline.base.joints)[side]
-    bounds[baseline.of_shown] = bounds[baseline.of_shifts] = (-np.inf, np.inf)[side]
+    bounds[baseline.blocks["shown"]] = bounds[baseline.blocks["shifts"]] = (-np.inf, np.inf)[side]
     for joint, (_, E) in enumerate(zip(baseline.laws, baseline.base.E, strict=False)):
         bounds[baseline.softening(joint)], bounds[baseline.loss(joint)] = softening * E, loss
     return bounds

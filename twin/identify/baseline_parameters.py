@@ -56,17 +56,7 @@ class BaselineParameters:
     @property
     def of_laws(self) -> slice:
         """Where the laws are in :attr:`vector`."""
-        return slice(len(self.base.vector), self.of_shown.start)
-
-    @property
-    def of_shown(self) -> slice:
-        """Where :attr:`shown` is in :attr:`vector`."""
-        return self.blocks["shown"]
-
-    @property
-    def of_shifts(self) -> slice:
-        """Where :attr:`shifts` is in :attr:`vector`."""
-        return self.blocks["shifts"]
+        return slice(len(self.base.vector), self.blocks["shown"].start)
 
     def with_vector(self, vector: Array) -> BaselineParameters:
         """Parameters of the same knots from a vector."""
@@ -75,5 +65,5 @@ class BaselineParameters:
             for joint, law in enumerate(self.laws)
         )
         base = LinearParameters.from_vector(vector[: self.of_laws.start])
-        shown, shifts = vector[self.of_shown], vector[self.of_shifts]
+        shown, shifts = vector[self.blocks["shown"]], vector[self.blocks["shifts"]]
         return replace(self, base=base, laws=tuple(laws), shown=shown, shifts=shifts)

@@ -264,8 +264,7 @@ class _Frequencies:
         """All models, the likeliest first."""
         stages = self.search.stages
         before, sound = log_weight(self.evidence, stages[0].before), sound_errors(self.evidence)
-        made_of = FrequencyModel(self.evidence).covariances(self.search.base.baseline)
-        std, found = made_of.of_steps(sound.steps).factor[:, 0, 0], []
+        std, found = FrequencyModel(self.evidence).error_sources().of_steps(sound.steps).factor[:, 0, 0], []
         for model in (stages[0].before, *(rival for stage in stages for rival in stage.rivals)):
             error = np.log(self.evidence.frequency_Hz / self.all_predicted(model))
             chi2 = float(np.sum((error / std) ** 2)) / max(1, model.dof)

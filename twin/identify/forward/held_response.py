@@ -204,7 +204,9 @@ class HeldRig:
             )
             own = np.diagonal(around[:, [orders.index(h) for h in RIPPLES], 2 * p :, 2 * p :], axis1=2, axis2=3)
             ripples[c, rows] = own.swapaxes(1, 2)
-            driven = self._driven_by_forces(around, motion[c, rows, 2 * p :], rows, ripples[c, rows], orders)
+            forces = self.forces(rows, ripples[c, rows])
+            pushed = forces.harmonics_of(orders, motion[c, rows, 2 * p :], self.omega[rows]).swapaxes(0, 1)
+            driven = -(around[:, :, :, 2 * p :] @ pushed[..., None])[..., 0]
             openings = Openings(
                 motion[c, rows, :p], secant[:, :p].real, self.weights[rows, :p], self._base.E, joint, orders,
                 around[:, :, :p, :p], driven[:, :, :p], around[:, :, p : 2 * p, :p], driven[:, :, p : 2 * p],
@@ -214,13 +216,6 @@ class HeldRig:
             added.squares[c, rows] = squares_of(openings.slips(balance), orders)
             added.growth[c, rows] = growth_of_more(self.laws, openings, balance, self._rig.slaps)
         return added
-
-    def _driven_by_forces(
-        self, around: Array, motion: Array, rows: Array, ripples: Array, orders: Sequence[int]
-    ) -> Array:
-        """Harmonics (s, h, n) of the ports' motion by those of the nonlinear forces."""
-        pushed = self.forces(rows, ripples).harmonics_of(orders, motion, self.omega[rows]).swapaxes(0, 1)
-        return -np.asarray((around[:, :, :, 2 * self.points :] @ pushed[..., None])[..., 0])
 
     def _free(self, h: int = 1) -> Array:
         """Receptances at a multiple of the drive's frequency, with the law as it is where nothing moves."""

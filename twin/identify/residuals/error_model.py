@@ -8,9 +8,8 @@ against the others.  How large both are is inferred with the parameters.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,28 +149,19 @@ def log_prior_slopes(errors: ErrorModel, sound: ErrorModel = SOUND, *, free: boo
     return np.asarray(slopes)
 
 
-class ErrorSources(Protocol):
-    """What the covariances of residuals are made of, as :class:`Covariances` has it of recordings."""
+@dataclass(frozen=True)
+class ErrorSources:
+    """What the covariances of a model's residuals are made of, at parameters that are held."""
 
-    @property
-    def shifts(self) -> tuple[tuple[Array, ...], Array]:
-        """Changes of the residuals as all frequencies of a run, a sweep or a table shift."""
-        ...
-
-    @property
-    def terms_of_broadband(self) -> tuple[CovarianceTerms, ...]:
-        """Of each broadband run's residuals, with the errors of stiffness and of ratio."""
-        ...
-
-    @property
-    def terms_of_steps(self) -> CovarianceTerms:
-        """And of the steps', or of a table's frequencies."""
-        ...
-
-    @property
-    def terms_of_harmonics(self) -> tuple[CovarianceTerms, ...]:
-        """And of the steps' harmonics, where these are data."""
-        return ()
+    terms_of_broadband: tuple[CovarianceTerms, ...]
+    """Of each broadband run's residuals, with the errors of stiffness and of ratio."""
+    terms_of_steps: CovarianceTerms
+    """And of the steps', or of a table's frequencies."""
+    terms_of_harmonics: tuple[CovarianceTerms, ...]
+    """And of the steps' harmonics, where these are data."""
+    shifts: tuple[tuple[Array, ...], Array]
+    """Changes of the residuals of broadband runs (b, o, k) and of steps (s, 2 o, k), or of a table's frequencies
+    (n, 1, k), as all frequencies of one of the k runs and sweeps, or states, shift by SHIFT."""
 
     def of_broadband(self, errors: Discrepancy) -> tuple[Whitening, ...]:
         """Of each broadband run's residuals."""
@@ -187,15 +177,12 @@ class ErrorSources(Protocol):
 
 
 @dataclass(frozen=True)
-class Covariances(ErrorSources):
-    """What the covariances of a model's residuals are made of, at parameters that are held."""
+class StepErrors:
+    """How the steps' residuals go by what errs."""
 
-    broadband: tuple[BinnedResponse, ...]
-    broadband_by_stiffness: tuple[Array, ...]
-    """D log response / d log stiffness of each mode, (b, o, m)."""
     steps: StepArrays
     by_stiffness: Array
-    """The same of the steps, (s, o, m)."""
+    """D log response / d log stiffness of each mode, (s, o, m)."""
     by_amplitude: Array
     """Array (s, o). D log response / d log amplitude of the reference channel, by which the joint's law goes: its
     noise is in the prediction, too."""
@@ -205,37 +192,9 @@ class Covariances(ErrorSources):
     """Measured over predicted response, by which the steps' residuals are multiplied, (s, o)."""
     unsettled: Array
     """What the balance of each step misses, relative, (s,): the model says its responses no better than that."""
-    harmonics: HarmonicResiduals | None
 
-    @cached_property
-    def shifts(self) -> tuple[tuple[Array, ...], Array]:
-        """Changes of the residuals of broadband runs (b, o, k) and of steps (s, 2 o, k).
-
-        As all frequencies of one of the k runs and sweeps shift by SHIFT.
-        """
-        sweeps = self.steps.by_sweep
-        count = len(self.broadband) + len(sweeps)
-        runs = []
-        for number, by_stiffness in enumerate(self.broadband_by_stiffness):
-            columns = np.zeros((*by_stiffness.shape[:2], count), complex)
-            columns[:, :, number] = 2 * SHIFT * by_stiffness.sum(axis=2)
-            runs.append(columns)
-        steps = np.zeros((*self.ratio.shape, count), complex)
-        for number, rows in enumerate(sweeps.values(), len(self.broadband)):
-            steps[rows, :, number] = 2 * SHIFT * self.ratio[rows] * self.by_stiffness[rows].sum(axis=2)
-        return tuple(runs), np.concatenate([steps.real, steps.imag], axis=1)
-
-    @cached_property
-    def terms_of_broadband(self) -> tuple[CovarianceTerms, ...]:
-        """Of each run's log responses (b, o)."""
-        found = []
-        for data, by_stiffness in zip(self.broadband, self.broadband_by_stiffness, strict=True):
-            ratio = data.depth[:, :, None] ** 2 * np.eye(by_stiffness.shape[1])
-            found.append(CovarianceTerms(data.relative_covariance, (_outer(by_stiffness), ratio)))
-        return tuple(found)
-
-    @cached_property
-    def terms_of_steps(self) -> CovarianceTerms:
+    @property
+    def terms(self) -> CovarianceTerms:
         """Of the steps' residuals (s, 2 o), real parts above imaginary ones."""
         steps, outputs = self.steps, self.ratio.shape[1]
         own = steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2 + self.unsettled[:, None] ** 2
@@ -258,10 +217,29 @@ class Covariances(ErrorSources):
         )
         return CovarianceTerms(given, (by_stiffness, by_ratio))
 
-    @cached_property
-    def terms_of_harmonics(self) -> tuple[CovarianceTerms, ...]:
-        """Of the steps' harmonics (s, h, o)."""
-        return () if self.harmonics is None else (self.harmonics.beside(self.unsettled).terms,)
+
+def error_sources(
+    broadband: Sequence[BinnedResponse],
+    broadband_by_stiffness: Sequence[Array],
+    of_steps: StepErrors,
+    harmonics: HarmonicResiduals | None,
+) -> ErrorSources:
+    """Those of recordings, with d log response / d log stiffness of each mode (b, o, m) of the broadband runs."""
+    terms, runs, sweeps = [], [], of_steps.steps.by_sweep
+    count = len(broadband) + len(sweeps)
+    for number, (data, by_stiffness) in enumerate(zip(broadband, broadband_by_stiffness, strict=True)):
+        ratio = data.depth[:, :, None] ** 2 * np.eye(by_stiffness.shape[1])
+        terms.append(CovarianceTerms(data.relative_covariance, (_outer(by_stiffness), ratio)))
+        columns = np.zeros((*by_stiffness.shape[:2], count), complex)
+        columns[:, :, number] = 2 * SHIFT * by_stiffness.sum(axis=2)
+        runs.append(columns)
+    steps = np.zeros((*of_steps.ratio.shape, count), complex)
+    for number, rows in enumerate(sweeps.values(), len(broadband)):
+        steps[rows, :, number] = 2 * SHIFT * of_steps.ratio[rows] * of_steps.by_stiffness[rows].sum(axis=2)
+    return ErrorSources(
+        tuple(terms), of_steps.terms, () if harmonics is None else (harmonics.beside(of_steps.unsettled).terms,),
+        (tuple(runs), np.concatenate([steps.real, steps.imag], axis=1)),
+    )  # fmt: skip
 
 
 def _outer(columns: Array) -> Array:

@@ -3,11 +3,10 @@
 A residual is ln f measured minus ln f of the model; with mass-normalised shapes d(omega^2)/dp = phi' (dK/dp) phi.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from twin.arrays import Array
@@ -30,33 +29,6 @@ PROBE = 2 * np.pi * np.array([0.0, 50.0, 100.0])
 """Three frequencies that tell a mass and a spring from any other attachment, rad/s."""
 SHEAR_GRID, NORMAL_FACTORS = np.geomspace(1e6, 3e9, 40), np.geomspace(0.4, 2.5, 12)
 """N/m2, from layers that hardly hold to those that frequencies cannot tell from rigid ones; and of E' as assumed."""
-
-
-@dataclass(frozen=True)
-class FrequencyCovariances(ErrorSources):
-    """What the variances of the residuals are made of."""
-
-    std: Array
-    model_share: Array
-    """Relative deviations that the tables give, and shares of the model error that each frequency has, (n,)."""
-    state: NDArray[np.int64]
-    """Array (n,)."""
-
-    @property
-    def terms_of_broadband(self) -> tuple[CovarianceTerms, ...]:
-        """None: nothing was recorded."""
-        return ()
-
-    @property
-    def terms_of_steps(self) -> CovarianceTerms:
-        """Of the frequencies' residuals (n, 1): each errs by half of what its mode's stiffness does."""
-        given, by_stiffness = (std[:, None, None] ** 2 for std in (self.std, self.model_share / 2))
-        return CovarianceTerms(given, (by_stiffness, np.zeros_like(given)))
-
-    @property
-    def shifts(self) -> tuple[tuple[Array, ...], Array]:
-        """Changes (n, 1, k) of the residuals as all frequencies of one of the k states shift by SHIFT."""
-        return (), SHIFT * np.eye(int(self.state.max()) + 1)[self.state][:, None, :]
 
 
 class FrequencyModel:
@@ -89,17 +61,18 @@ class FrequencyModel:
 
     def linearisation(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Linearisation:
         """What a fit that begins at these unknowns may hold: the variances."""
-        made_of = self.covariances(baseline)
+        made_of = self.error_sources()
         return Linearisation((), made_of.of_steps(self.errors.steps), None, None, baseline, None, made_of)
 
-    def covariances(self, baseline: BaselineParameters) -> FrequencyCovariances:
-        """What the residuals' variances are made of."""
+    def error_sources(self) -> ErrorSources:
+        """What the residuals' variances (n, 1) are made of: each errs by half of what its mode's stiffness does."""
         tables = self.evidence.tables
-        share = [np.full(len(table.number), table.model_std / self.evidence.model_std) for table in tables]
-        state = [np.full(len(table.number), self.evidence.states.index(table.state)) for table in tables]
-        return FrequencyCovariances(
-            np.concatenate([table.std for table in tables]), np.concatenate(share), np.concatenate(state)
-        )
+        std = np.concatenate([table.std for table in tables])
+        share = np.concatenate([np.full(len(table.number), table.model_std) for table in tables])
+        state = np.repeat([self.evidence.states.index(t.state) for t in tables], [len(t.number) for t in tables])
+        given, by_stiffness = (each[:, None, None] ** 2 for each in (std, share / self.evidence.model_std / 2))
+        shifts = SHIFT * np.eye(int(state.max()) + 1)[state][:, None, :]
+        return ErrorSources((), CovarianceTerms(given, (by_stiffness, np.zeros_like(given))), (), ((), shifts))
 
     def evaluate(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Prediction:
         """Residual of all tables, with its sensitivities to the moduli; NaN where there is no such structure."""
@@ -227,10 +200,13 @@ def starting_moduli(evidence: MeasuredFrequencies) -> list[LinearParameters]:
                 return np.inf
 
         for k in range(first, first + joints):
-            found: list[tuple[float, LinearParameters]] = []
+            own, found = np.arange(len(nominal.E)) == k, list[tuple[float, LinearParameters]]()
             for base in begun:
                 tried = [
-                    [replace(base, E=_with(base.E, k, E), G=_with(base.G, k, G)) for E in nominal.E[k] * NORMAL_FACTORS]
+                    [
+                        replace(base, E=np.where(own, E, base.E), G=np.where(own, G, base.G))
+                        for E in nominal.E[k] * NORMAL_FACTORS
+                    ]
                     for G in _within(SHEAR_GRID, nominal.G[k], most)
                 ]
                 best_E = [min(((misfit(one), n, one) for n, one in enumerate(row))) for row in tried]
@@ -241,21 +217,14 @@ def starting_moduli(evidence: MeasuredFrequencies) -> list[LinearParameters]:
                     if value <= min(least[number - 1], least[number + 1])
                 ]
             begun = [one for _, one in sorted(found, key=lambda pair: pair[0])[: LIMITS.frequency_model_followed]]
-        own = slice(first, first + joints)
-        for number in range(LIMITS.frequency_model_followed):
+        places = np.arange(len(nominal.E))
+        own = (places >= first) & (places < first + joints)
+        for number, so_far in enumerate(best):
             one = begun[min(number, len(begun) - 1)]
-            E, G = best[number].E.copy(), best[number].G.copy()
-            E[own], G[own] = one.E[own], one.G[own]
-            best[number] = replace(best[number], E=E, G=G)
+            best[number] = replace(so_far, E=np.where(own, one.E, so_far.E), G=np.where(own, one.G, so_far.G))
     return [nominal, *best] if joints else [nominal]
 
 
 def _within(grid: Array, nominal: float, log_width: float) -> Array:
     """Those of a grid that are near enough to the nominal value, with it."""
     return np.sort(np.append(grid[np.abs(np.log(grid / nominal)) <= log_width], nominal))
-
-
-def _with(values: Array, place: int, value: float) -> Array:
-    changed = values.copy()
-    changed[place] = value
-    return changed

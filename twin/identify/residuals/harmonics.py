@@ -10,7 +10,8 @@ from twin.identify.limits import LIMITS
 from twin.identify.linear.structural_modification import update_receptance
 from twin.identify.measured_data import HARMONICS
 from twin.identify.nonlinear.balance import Balance
-from twin.identify.nonlinear.opening_harmonics import at_harmonic, balance_openings
+from twin.identify.nonlinear.opening_harmonics import at_harmonic
+from twin.identify.residuals.harmonics_by_unknowns import PointHarmonics
 from twin.identify.residuals.residual_model import ResidualModel
 from twin.identify.residuals.whitening import HarmonicResiduals
 
@@ -116,12 +117,10 @@ def _made_by_each_point(
 
     High ones are made where the layer opens most, and are shared out otherwise than the softening is.
     """
-    around = [residual_model.at_harmonic(h, baseline, balance) for h in residual_model.orders]
-    openings = residual_model.openings(baseline, balance, around)
-    force = balance_openings(baseline.laws, openings, residual_model.slaps).force
-    made = residual_model.read_of_openings(around) * force[:, :, None]
+    here = PointHarmonics.at(residual_model, baseline, balance)
+    made = residual_model.read_of_openings(here.around) * here.balance.force[:, :, None]
     found = np.zeros((len(made), len(orders), *made.shape[2:]), complex)
-    for number, order in enumerate(openings.orders):
+    for number, order in enumerate(residual_model.orders):
         found[:, (orders == order) & (orders % 2 == 1)] = made[:, number, None]
     return found
 

@@ -27,7 +27,7 @@ from twin.identify.nonlinear.joint_law import curve_precision
 from twin.identify.nonlinear.local_forces import Influence
 from twin.identify.nonlinear.opening_harmonics import balance_openings
 from twin.identify.nonlinear.running_amplitude import squares_of
-from twin.identify.residuals.error_model import SOUND, Covariances, ErrorModel
+from twin.identify.residuals.error_model import SOUND, ErrorModel, ErrorSources, StepErrors, error_sources
 from twin.identify.residuals.harmonics_by_unknowns import harmonics_by_unknowns
 from twin.identify.residuals.linearisation import Linearisation, with_more
 from twin.identify.residuals.prediction import Columns, Prediction
@@ -76,8 +76,9 @@ class ResidualModel(ForwardModel):
         )  # fmt: skip
         precision = self.inferred_precision(baseline, self.errors)
         precision[: len(mean), : len(mean)] = base
-        if shown := len(baseline.shown):
-            precision[baseline.of_shown, baseline.of_shown] = np.eye(shown) / self.evidence.shape_error**2
+        if count := len(baseline.shown):
+            shown = baseline.blocks["shown"]
+            precision[shown, shown] = np.eye(count) / self.evidence.shape_error**2
         return np.concatenate([mean, np.zeros(len(precision) - len(mean))]), precision
 
     def inferred_precision(self, baseline: BaselineParameters, errors: ErrorModel) -> Array:
@@ -91,8 +92,8 @@ class ResidualModel(ForwardModel):
             )
             for (block, knots, scale), own, usual in zip(curves, errors.roughness, SOUND.roughness, strict=True):
                 precision[block, block] = curve_precision(knots, usual) * (usual / own / scale) ** 2
-        about = swept_modes(self.evidence, len(baseline.shifts))
-        precision[baseline.of_shifts, baseline.of_shifts] = errors.shift_precision(about)
+        about, shifts = swept_modes(self.evidence, len(baseline.shifts)), baseline.blocks["shifts"]
+        precision[shifts, shifts] = errors.shift_precision(about)
         return precision
 
     def evaluate(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Prediction:
@@ -146,13 +147,13 @@ class ResidualModel(ForwardModel):
         if len(baseline.shown):
             by_shown = log_response_by_shown(self, R, omega)
             log_ratio = log_ratio - by_shown @ baseline.shown
-            columns.append((baseline.of_shown, real_ones(whitening.columns(by_shown))))
+            columns.append((baseline.blocks["shown"], real_ones(whitening.columns(by_shown))))
         if sensitivities:
             change = self._broadband_change(data, baseline, R, omega)
             columns.append((slice(change.shape[2]), real_ones(whitening.columns(change))))
             if own_shifts(self.evidence, baseline.shifts):
                 by_shift = SHIFT * change[:, :, baseline.blocks["frequency_discrepancy"]].sum(axis=2)
-                columns.append((baseline.of_shifts.start + index, real_ones(whitening(by_shift))))
+                columns.append((baseline.blocks["shifts"].start + index, real_ones(whitening(by_shift))))
         return real_ones(whitening(log_ratio)), columns
 
     def _broadband_change(self, data: BinnedResponse, baseline: BaselineParameters, R: Array, omega: Array) -> Array:
@@ -160,7 +161,7 @@ class ResidualModel(ForwardModel):
         p, into, time = self.model.ports, self.driven(R, omega), self.run_times(data, omega)
         baseline = replace(baseline, base=self.base_in(data, baseline))
         change = self.base_change(self.model, R, omega, baseline, time, np.arange(R.shape[1])[p.outputs], into)
-        return np.asarray(self.measured_change(change, omega) / self.responses(R, omega)[:, :, None])
+        return self.log_response_change(change, R, omega)
 
     def _steps(
         self, baseline: BaselineParameters, R: Array, omega: Array, whitening: Whitening,
@@ -174,7 +175,7 @@ class ResidualModel(ForwardModel):
         J = ratio[:, :, None] * change[0]
         return white, [(slice(None), whitening.columns(np.concatenate([J.real, J.imag], axis=1)))]
 
-    def _covariances(self, baseline: BaselineParameters, state: tuple[Array, Array, Balance] | None) -> Covariances:
+    def _error_sources(self, baseline: BaselineParameters, state: tuple[Array, Array, Balance] | None) -> ErrorSources:
         def by_stiffness(change: Array) -> Array:
             return np.asarray(change[:, :, baseline.blocks["frequency_discrepancy"]] / 2)
 
@@ -190,10 +191,8 @@ class ResidualModel(ForwardModel):
             stiffness = by_stiffness(self._step_changes(baseline, R, omega, balance)[0])
             amplitude = self._by_amplitude(baseline, R, omega, balance)
             ratio, unsettled = self.measured_over_predicted(R, omega), balance.missed
-        return Covariances(
-            self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, self.evidence.reference, ratio,
-            unsettled, self.harmonics,
-        )  # fmt: skip
+        of_steps = StepErrors(steps, stiffness, amplitude, self.evidence.reference, ratio, unsettled)
+        return error_sources(self.evidence.broadband, runs, of_steps, self.harmonics)
 
     def _by_amplitude(self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance) -> Array:
         """D log response (s, o) / d log amplitude of the reference channel: through the law and the local forces."""
@@ -206,7 +205,7 @@ class ResidualModel(ForwardModel):
     def linearisation(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Linearisation:
         """What a fit that begins at these unknowns may hold; without sensitivities, what residuals at these need."""
         state = self.step_receptance(baseline) if len(self.evidence.steps) else None
-        made_of, errors = self._covariances(baseline, state), self.errors
+        made_of, errors = self._error_sources(baseline, state), self.errors
         white = made_of.of_broadband(errors.broadband), made_of.of_steps(errors.steps)
         if state is None:
             return Linearisation(*white, None, None, baseline, None, made_of)
@@ -314,7 +313,7 @@ class ResidualModel(ForwardModel):
                 # All natural frequencies are those at other ones of the drive, where no law's stiffness changes.
                 by_frequencies = each[rows][:, :, baseline.blocks["frequency_discrepancy"]].sum(axis=2)
                 by_law = (felt[rows] @ balance.stiffness[rows][:, :, None])[:, :, 0]
-                each[rows, :, baseline.of_shifts.start + number] = SHIFT * (by_frequencies + 2 * by_law)
+                each[rows, :, baseline.blocks["shifts"].start + number] = SHIFT * (by_frequencies + 2 * by_law)
         moved, response = self.local.follow(baseline.laws, amplitude, omega, influence, moved, response, balance.added)
         return response, moved
 

@@ -94,7 +94,7 @@ def test_shifts_of_the_run_and_the_sweep_have_their_sensitivities(evidence, base
     residual_model, shifted = ResidualModel(evidence), replace(baseline, shifts=np.array([0.5, -1.0]))
     found = residual_model.evaluate(shifted)
     for own, other in ((0, "steps"), (1, "broadband 0")):
-        entry = shifted.of_shifts.start + own
+        entry = shifted.blocks["shifts"].start + own
         analytic, numeric = found.jacobian[:, entry], -differences(residual_model, shifted, entry, 0.02)
         assert np.max(np.abs(analytic - numeric)) < 0.01 * np.max(np.abs(numeric))
         assert not np.any(analytic[dict(found.blocks)[other]])
