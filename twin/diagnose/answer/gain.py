@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from twin.arrays import Array
 from twin.diagnose.answer.comparison import measured_second, noise_floors, relative_errors, second_harmonic
+from twin.diagnose.answer.misfit import HeldOut
 from twin.diagnose.fit_problem import FitProblem
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.residual_columns import ResidualColumns
@@ -36,26 +37,18 @@ class HeldOutError:
 
 
 @dataclass(frozen=True)
-class Gain:
-    """Root-mean-square relative errors of the complex response over held-out steps.
+class Gain(HeldOut):
+    """Errors of the complex response over held-out steps.
 
     The response is the fundamental and, where it stands out of its noise, the second harmonic: each error is relative
-    to its own harmonic, and all count alike.
+    to its own harmonic, and all count alike.  In deviations, what is left open of a step counts for so much less there.
     """
 
-    before: float
-    after: float
-    noise_floor: float
     by_harmonic: dict[int, HeldOutError] = field(kw_only=True)
     """The same of each harmonic alone."""
     expected: float = field(kw_only=True)
     """What a right model leaves: noise, the model error that sound rigs have, and what the data leave open of its
     parameters, as of the joint's law between the amplitudes that were learnt from."""
-    in_deviations: tuple[float, float] = field(kw_only=True)
-    """The errors before and after, over those of a right model: what is left open of a step counts for so much less
-    there."""
-    runs: tuple[str, ...] = field(kw_only=True)
-    sweeps: tuple[str, ...] = field(kw_only=True)
 
 
 def measure_gain(

@@ -1,29 +1,10 @@
 """Where an answer's numbers do not bear it out: its first sentence says so, and a command ends with status 1."""
 
-from typing import Protocol
-
-from twin.diagnose.answer.misfit import Misfit, Verdict
+from twin.diagnose.answer.misfit import HeldOut, Misfit, Verdict
 from twin.diagnose.limits import LIMITS
 
 
-class _HeldOut(Protocol):
-    """Root-mean-square relative errors of what was held out, and what a perfect model would leave."""
-
-    @property
-    def before(self) -> float: ...
-
-    @property
-    def after(self) -> float: ...
-
-    @property
-    def noise_floor(self) -> float: ...
-
-    @property
-    def in_deviations(self) -> tuple[float, float]:
-        """Before and after, over what a right model leaves."""
-
-
-def shortfall(verdict: Verdict, misfit: Misfit, gain: _HeldOut | None) -> str:
+def shortfall(verdict: Verdict, misfit: Misfit, gain: HeldOut | None) -> str:
     """What a model leaves unexplained, with figures, as the end of a sentence; empty where that is nothing.
 
     A gain is none where the held-out error is still several times its noise, or has grown.

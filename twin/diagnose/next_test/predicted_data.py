@@ -50,7 +50,7 @@ def predict_test_data(evidence: MeasuredData, truth: FittedModel, proposal: Prop
     if isinstance(procedure, Random):
         middle = last + proposal.rig_time_s / 2
         if evidence.broadband:
-            data = _noise(evidence, truth, procedure, proposal.longer, middle)
+            data = _noise(evidence, procedure, proposal.longer, middle)
         else:
             data = predicted_bins(evidence, truth, procedure, middle)
         data = _answered(evidence, truth, data)
@@ -62,9 +62,7 @@ def predict_test_data(evidence: MeasuredData, truth: FittedModel, proposal: Prop
     return PredictedData.beside(predicted_data, harmonics, truth)
 
 
-def _noise(
-    evidence: MeasuredData, truth: FittedModel, procedure: Random, longer: float, time_s: float
-) -> BinnedResponse:
+def _noise(evidence: MeasuredData, procedure: Random, longer: float, time_s: float) -> BinnedResponse:
     """Bins within the band, the force's power spread over it, each with less noise the more power and time it gets."""
     data = evidence.broadband[0]
     f = data.frequency_Hz

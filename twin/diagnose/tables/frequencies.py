@@ -247,7 +247,7 @@ class _Frequencies:
             J, covariance = self.after.solution.jacobian, self.after.solution.covariance
             leverage = np.einsum("nu,uv,nv->n", J, covariance, J)
             of_fit = rms(1 / np.sqrt(np.maximum(1 - leverage, 1e-6)))
-            return HeldOutValues(
+            return HeldOutValues.of(
                 rms(self.left_out[0]), rms(self.left_out[1]), floor(self.evidence.tables), how=how, of_fit=of_fit
             )
         before, after = (
@@ -255,7 +255,7 @@ class _Frequencies:
             for model in self.models
         )
         runs = tuple(dict.fromkeys(Path(table.path).name for table in self.kept))
-        return HeldOutValues(
+        return HeldOutValues.of(
             before, after, floor(self.kept), how="natural frequencies of the held-out tables", runs=runs
         )
 

@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, Self
 
 from twin.diagnose.answer.exclusion import Exclusion
+from twin.diagnose.answer.misfit import HeldOut
 from twin.diagnose.answer.result import Estimate, Misfit, NamedCause, Verdict, answer_dict
 from twin.diagnose.answer.shortfall import explains, shortfall, told_with
 from twin.rigs import Rig
@@ -13,24 +14,19 @@ from twin.rigs.modal import ModalRig
 
 
 @dataclass(frozen=True)
-class HeldOutValues:
-    """Root-mean-square relative errors of values that no fit has seen, and the noise floor."""
+class HeldOutValues(HeldOut):
+    """Errors of values of a table; in deviations, those of its values as a whole."""
 
-    before: float
-    after: float
-    noise_floor: float
     how: str = field(kw_only=True)
-    runs: tuple[str, ...] = field(default=(), kw_only=True)
-    sweeps: tuple[str, ...] = field(default=(), kw_only=True)
-    """What was held out; empty for `how` in words."""
-    of_fit: float = field(default=1.0, kw_only=True)
-    """What a right model leaves over the noise: few values tell its parameters, and their noise is in them."""
+    """In words, where no runs or sweeps are named."""
 
-    @property
-    def in_deviations(self) -> tuple[float, float]:
-        """Before and after, over what a right model leaves: a table's deviations are those of its values as a whole."""
-        expected = max(self.of_fit * self.noise_floor, 1e-300)  # a table may claim to have no noise
-        return self.before / expected, self.after / expected
+    @classmethod
+    def of(
+        cls, before: float, after: float, noise_floor: float, *, how: str, of_fit: float = 1.0, **named: tuple[str, ...]
+    ) -> Self:
+        """With what a right model leaves over the noise: few values tell its parameters, and their noise is in them."""
+        expected = max(of_fit * noise_floor, 1e-300)  # a table may claim to have no noise
+        return cls(before, after, noise_floor, in_deviations=(before / expected, after / expected), how=how, **named)
 
 
 @dataclass(frozen=True)

@@ -237,7 +237,7 @@ def _gain(
                 for errors, column in zip((drift.without, drift.left_out), columns, strict=True):
                     column.append(_moved_alone(sweep, row, law, row.frequency_Hz - float(errors[row.order - 1])))
         before, after = (rms(np.array(column)) for column in columns)
-    return HeldOutValues(before, after, floor, how=how, sweeps=names)
+    return HeldOutValues.of(before, after, floor, how=how, sweeps=names)
 
 
 def _on_held_out(sweeps: Sequence[BackboneSweep], paths: Sequence[str | Path], law: ModalLaw) -> HeldOutValues:
@@ -245,7 +245,7 @@ def _on_held_out(sweeps: Sequence[BackboneSweep], paths: Sequence[str | Path], l
     error = rms(np.concatenate([_error_of_law(sweep, law) for sweep in sweeps]))
     names = tuple(sweep.level for sweep in sweeps)
     runs, how = tuple(Path(path).name for path in paths), "sweeps of the held-out tables"
-    return HeldOutValues(error, error, law.force_relative_std, how=how, runs=runs, sweeps=names)
+    return HeldOutValues.of(error, error, law.force_relative_std, how=how, runs=runs, sweeps=names)
 
 
 def _notes(

@@ -203,7 +203,7 @@ class PortModel(ResidualModel):
         change = self.local.follow(
             baseline.laws, np.abs(motion), omega, influence, moved, response, balance.added
         )[::-1]  # fmt: skip
-        found = [columns for _, columns in self._steps(baseline, R, omega, held.steps, change)[1]]
+        found = [columns for _, columns in self._steps(R, omega, held.steps, change)[1]]
         if self.harmonics is not None:
             whitening = held.harmonics or self.harmonics.whitening(self.errors.harmonics)
             columns = self.harmonics.whiten(made, whitening)

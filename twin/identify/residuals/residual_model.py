@@ -107,7 +107,7 @@ class ResidualModel(ForwardModel):
             near = self.balance_at(held, baseline)
             R, omega, balance = self.step_receptance(baseline, inner=sensitivities, held=near)
             change = self._step_changes(baseline, R, omega, balance, held) if sensitivities else None
-            out.append(("steps", self._steps(baseline, R, omega, held.steps, change)))
+            out.append(("steps", self._steps(R, omega, held.steps, change)))
             if self.harmonics is not None:
                 whitening = held.harmonics or self.harmonics.whitening(self.errors.harmonics)
                 out.append(("harmonics", self._harmonics(baseline, R, balance, whitening, change)))
@@ -164,9 +164,8 @@ class ResidualModel(ForwardModel):
         return self.log_response_change(change, R, omega)
 
     def _steps(
-        self, baseline: BaselineParameters, R: Array, omega: Array, whitening: Whitening,
-        change: tuple[Array, Array] | None,
-    ) -> tuple[Array, Columns]:  # fmt: skip
+        self, R: Array, omega: Array, whitening: Whitening, change: tuple[Array, Array] | None
+    ) -> tuple[Array, Columns]:
         """Residuals of the inverse response, which is nearly linear in every stiffness, times the measured one."""
         ratio = self.measured_over_predicted(R, omega)
         white = whitening(np.concatenate([ratio.real - 1, ratio.imag], axis=1))
