@@ -99,16 +99,6 @@ class PackedSliders(NamedTuple):
     """:func:`~twin.identify.slipping_kernel.slide_address`, if there is one."""
 
 
-class _Room(NamedTuple):
-    """For one step's system of equations, and Newton's."""
-
-    A: Array
-    right: Array
-    slope: Array
-    J: Array
-    r: Array
-
-
 @COMPILED
 def settle(
     ports: PackedPorts, own: Array, growth: Array, assumed: Array, rows: Array, out: Turn, sliders: PackedSliders,
@@ -135,7 +125,10 @@ def settle(
         Whether only the sizes are assumed: the phases become those of the motion that these lead to.
     """
     n = assumed.shape[1]
-    room, trial, new = _room(n), np.empty(n, np.complex128), _turn_room(n)
+    trial, slope = np.empty(n, np.complex128), np.empty(n, np.complex128)
+    new = Turn(np.empty(n, np.complex128), np.empty(n, np.complex128), np.empty(n), np.empty(n, np.complex128))
+    # For one step's system of equations, and Newton's.
+    room = np.empty((n, n), np.complex128), np.empty((n, n + 1), np.complex128), slope, np.empty((n, n)), np.empty(n)
     force, slip = np.empty(1 + len(RIPPLES), np.complex128), room_to_slide()
     for s in rows:
         least = np.inf
@@ -162,18 +155,6 @@ def settle(
 
 
 @INNER
-def _room(n: int) -> _Room:
-    complexes = np.empty((n, n), np.complex128), np.empty((n, n + 1), np.complex128), np.empty(n, np.complex128)
-    return _Room(complexes[0], complexes[1], complexes[2], np.empty((n, n)), np.empty(n))
-
-
-@INNER
-def _turn_room(n: int) -> Turn:
-    motion, stiffness, step = np.empty(n, np.complex128), np.empty(n, np.complex128), np.empty(n, np.complex128)
-    return Turn(motion, stiffness, np.empty(n), step)
-
-
-@INNER
 def _slide_all(
     sliders: PackedSliders, s: int, assumed: Array, own: Array, growth: Array, force: Array, room: tuple[Array, ...]
 ) -> None:
@@ -193,8 +174,9 @@ def _slide_all(
 
 @INNER
 def _turn_one(
-    ports: PackedPorts, s: int, own: Array, growth: Array, assumed: Array, out: Turn, room: _Room, sizes_alone: bool
-) -> None:
+    ports: PackedPorts, s: int, own: Array, growth: Array, assumed: Array, out: Turn, room: tuple[Array, ...],
+    sizes_alone: bool,
+) -> None:  # fmt: skip
     """:func:`settle`'s turn of one step, whose rows `own`, `growth`, `assumed` and `out` are."""
     weights, more, more_growth, more_at = ports.weights[s], ports.more[s], ports.more_growth[s], ports.more_at[s]
     among, driven, to_reference = ports.among[s], ports.driven[s], ports.to_reference[s]
