@@ -193,10 +193,6 @@ class FitProblem:
         modification = modification_of(self.evidence, self.hypotheses(x))
         return residual_model(self.evidence, modification, self.harmonics, errors=self.errors, held=held)
 
-    def predict(self, x: Array) -> Prediction:
-        """The whitened residual."""
-        return self.residual_model(x).evaluate(self.baseline(x), sensitivities=False)
-
     def weighed(self, x: Array | None = None) -> WeighedProblem:
         """With what a fit holds that begins at a vector, the start if not given."""
         at = self.x0 if x is None else x

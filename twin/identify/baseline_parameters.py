@@ -38,7 +38,7 @@ class BaselineParameters:
             for block in ((f"softening {joint}", len(law.softening)), (f"loss {joint}", len(law.loss)))
         ]
         beside = ("shown", len(self.shown)), ("shifts", len(self.shifts))
-        return self.base.blocks(self.base.joints) + Blocks((*laws, *beside))
+        return Blocks((*self.base.blocks(self.base.joints).sizes, *laws, *beside))
 
     @property
     def vector(self) -> Array:

@@ -6,7 +6,6 @@ from typing import Self
 import numpy as np
 
 from twin.arrays import Array
-from twin.diagnose.fit_problem import FitProblem
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_noise import predicted_bins
@@ -33,8 +32,8 @@ class PredictedData:
     @classmethod
     def beside(cls, evidence: MeasuredData, harmonics: HarmonicResiduals | None, truth: FittedModel) -> Self:
         """With what the model leaves of them."""
-        own = FitProblem(evidence, harmonics, truth.baseline, truth.hypotheses)
-        return cls(evidence, harmonics, own.predict(own.x0).residual)
+        left = truth.residual_model(evidence, harmonics).evaluate(truth.baseline, sensitivities=False).residual
+        return cls(evidence, harmonics, left)
 
 
 def predict_test_data(evidence: MeasuredData, truth: FittedModel, proposal: Proposal) -> PredictedData:

@@ -34,10 +34,6 @@ class Blocks:
         """Where a block is."""
         return self._slices[name]
 
-    def __add__(self, other: Blocks) -> Blocks:
-        """These blocks, then the others."""
-        return Blocks(self.sizes + other.sizes)
-
     def pack(self, values: Mapping[str, Array | float]) -> Array:
         """The vector of all blocks; a number stands for a whole block of it."""
         return np.concatenate([np.broadcast_to(np.asarray(values[name], float), size) for name, size in self.sizes])

@@ -33,15 +33,12 @@ def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParamete
     measured = np.moveaxis(steps.response[:, :, orders - 1], 1, 2)
     variance = np.moveaxis(steps.response_variance[:, :, orders - 1], 1, 2)
     residual = measured - linear
-    outputs = residual.shape[2]
     ratio = linear / np.where(steps.force[:, orders - 1] == 0, 1.0, steps.force[:, orders - 1])[:, :, None]
     known = np.isfinite(variance)
     residual = np.where(known, residual, 0.0)
-    covariance = (np.where(known, variance, 1.0) + (LIMITS.linear_error * np.abs(linear)) ** 2)[..., None] * np.eye(
-        outputs
-    )
+    own = np.where(known, variance, 1.0) + (LIMITS.linear_error * np.abs(linear)) ** 2
     force_variance = np.where(np.isfinite(steps.force_variance), steps.force_variance, 0.0)[:, orders - 1]
-    covariance = covariance + force_variance[:, :, None, None] * ratio[..., :, None] * np.conj(ratio)[..., None, :]
+    through_force = force_variance[:, :, None, None] * ratio[..., :, None] * np.conj(ratio)[..., None, :]
     odd = (orders % 2 == 1)[None, :, None, None]
     size = np.sum(np.abs(residual) ** 2, axis=2)
     each = _made_by_each_point(residual_model, baseline, balance, orders)
@@ -49,14 +46,12 @@ def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParamete
     direction = joint / np.maximum(np.linalg.norm(joint, axis=2, keepdims=True), 1e-300)
     anything = 100.0 * size[..., None, None] * direction[..., :, None] * np.conj(direction)[..., None, :]
     even = _even_error(residual_model, baseline, balance, orders, joint, size)
-    tolerance = np.where(odd, LIMITS.signature_error**2 * size[..., None, None], even[..., None, None]) * np.eye(
-        outputs
-    )
+    tolerance = np.where(odd, LIMITS.signature_error**2 * size[..., None, None], even[..., None, None])
     # Where the points' shares make up for each other, as at an antiresonance, their errors do not.
     error = np.zeros(len(orders))
     error[np.isin(orders, LIMITS.odd_harmonics)] = LIMITS.share_error
     shares = error[:, None, None] * each
-    covariance = covariance + odd * anything + tolerance
+    covariance = through_force + odd * anything + (own[..., None] + tolerance) * np.eye(residual.shape[2])
     return HarmonicResiduals(orders, residual, covariance, shares, field, residual_model.model.structure)
 
 

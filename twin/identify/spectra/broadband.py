@@ -84,13 +84,8 @@ def hidden_resonances(data: BinnedResponse) -> Array:
 
     A light resonator on the structure makes a kink, no peak that stands out by itself.
     """
-    scatter, f = data.distortion, data.frequency_Hz
-    around = np.array(
-        [
-            np.median(scatter[max(0, i - LIMITS.broadband_around) : i + LIMITS.broadband_around + 1])
-            for i in range(len(f))
-        ]
-    )
+    scatter, f, reach = data.distortion, data.frequency_Hz, LIMITS.broadband_around
+    around = np.array([np.median(scatter[max(0, i - reach) : i + reach + 1]) for i in range(len(f))])
     kinked = (scatter > LIMITS.broadband_kinked * around) & (np.gradient(f) > LIMITS.broadband_coarse_Hz)
     runs = np.split(np.arange(len(f)), np.flatnonzero(np.diff(kinked)) + 1)
     return np.array([np.average(f[run], weights=scatter[run]) for run in runs if kinked[run[0]]])

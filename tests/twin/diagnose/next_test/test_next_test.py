@@ -317,4 +317,4 @@ def predict_noise_again(evidence, truth):
     predicted = broadband_response(ResidualModel(there, modification_of(there, truth.hypotheses)), data, truth.baseline)
     there = replace(there, broadband=(replace(data, H=predicted),))
     own = FitProblem(there, None, truth.baseline, truth.hypotheses)
-    return PredictedData(there, None, own.predict(own.x0).residual)
+    return PredictedData(there, None, own.residual_model(own.x0).evaluate(truth.baseline, sensitivities=False).residual)
