@@ -94,12 +94,10 @@ def diagnose_sweeps(
         rows=tuple(rows),
         tried=(),
         parameters={
-            "frequency_at_smallest_amplitude_Hz": (
-                float("nan"), Estimate(model.law.frequency_Hz[0], model.law.frequency_std_Hz[0])
-            ),
-            "frequency_at_largest_amplitude_Hz": (
-                float("nan"), Estimate(model.law.frequency_Hz[-1], model.law.frequency_std_Hz[-1])
-            ),
+            f"frequency_at_{which}_amplitude_Hz": (
+                float("nan"), Estimate(model.law.frequency_Hz[k], model.law.frequency_std_Hz[k])
+            )
+            for which, k in (("smallest", 0), ("largest", -1))
         },
         assumed=(
             f"A sweep's resonance repeats to {100 * IDENTIFY.frequency_scale:g} % ({1e3 * scale:.0f} mHz), what a "

@@ -195,13 +195,9 @@ class HeldRig:
         for k in range(0, len(felt), CHUNK):
             c, rows = felt[k : k + CHUNK].T
             secant = stiffness[c, rows, : 2 * p]
-            around = np.stack(
-                [
-                    update_receptance(R[rows], slice(0, 2 * p), at_harmonic(secant, h))
-                    for R, h in zip(among, orders, strict=True)
-                ],
-                axis=1,
-            )
+            pairs = zip(among, orders, strict=True)
+            with_law = [update_receptance(R[rows], slice(0, 2 * p), at_harmonic(secant, h)) for R, h in pairs]
+            around = np.stack(with_law, axis=1)
             own = np.diagonal(around[:, [orders.index(h) for h in RIPPLES], 2 * p :, 2 * p :], axis1=2, axis2=3)
             ripples[c, rows] = own.swapaxes(1, 2)
             forces = self.forces(rows, ripples[c, rows])
