@@ -13,7 +13,7 @@ def make_state():
 
     def make(**fields):
         nothing = {
-            "run": "sweeps.mcap", "sweep": "1N-up", "index": 0, "position": 0, "frequency_Hz": 26.0,
+            "run": "sweeps.mcap", "sweep": "1N-up", "index": 0, "frequency_Hz": 26.0,
             "target_channel": "force", "target_amplitude": 1.0, "time_s": 0.0, "amplitude": {}, "variance": {},
             "drift": {}, "drift_std": {}, "lost": 0, "overloaded": 0, "duration_s": 1.0,
         }  # fmt: skip
