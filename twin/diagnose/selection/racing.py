@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from twin.diagnose.fit_problem import CauseHypothesis, modification_of
-from twin.diagnose.fitted_model import FittedModel, fit_model
+from twin.diagnose.fitted_model import FitOptions, FittedModel, fit_model
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import fit_with_errors, likeliest, settled_fit
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.residual_columns import ResidualColumns
-from twin.diagnose.selection.profile import COARSE, Profile
+from twin.diagnose.selection.profile import highest, threshold_of
 from twin.identify.base_fit import law_from_steps
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.measured_data import MeasuredData
@@ -52,6 +53,10 @@ WHATEVER = Effort(
     rivals=30, labels=30, beginnings=3, behind=np.inf, far_behind=np.inf, worth_a_fit=0.0, of_needed=-np.inf
 )
 """Of natural frequencies: a fit takes a moment, and few of them may ask for an effect that is far from first order."""
+
+
+COARSE = FitOptions(iterations=15, tolerance=2.0, rounds=0)
+"""Of fits on the way."""
 
 
 @dataclass(frozen=True)
@@ -137,12 +142,16 @@ def _fit_at(
 
     It stays at what the search begins from where the model does not yet follow the data, which then tell nothing of it.
     """
-    profile = Profile.of(evidence, harmonics, tolerances, begun.hypotheses)
-    fit = fit_model(
-        evidence, harmonics, _with_own_law(evidence, harmonics, begun), begun.hypotheses, errors=begun.levels[0],
-        tolerances=tolerances, options=replace(COARSE, held=profile.held if profile else None),
+    threshold = threshold_of(evidence, begun.hypotheses[-1])
+    held = None if threshold is None else (len(begun.hypotheses) - 1, threshold.name)
+    fit = partial(
+        fit_model, evidence, harmonics, errors=begun.levels[0], tolerances=tolerances,
+        options=replace(COARSE, held=held),
     )  # fmt: skip
-    return profile.highest(fit, halvings=begun.followed) if profile and begun.follows else fit
+    found = fit(_with_own_law(evidence, harmonics, begun), begun.hypotheses)
+    if threshold is None or not begun.follows:
+        return found
+    return highest(found, threshold, fit, halvings=begun.followed)
 
 
 def _fit_with_own_errors(

@@ -8,7 +8,7 @@ import pytest
 
 from twin.diagnose.cause import Parameter, thresholds
 from twin.diagnose.limits import LIMITS
-from twin.diagnose.selection import profile, racing
+from twin.diagnose.selection import racing
 from twin.identify.residuals.error_model import SOUND, ErrorModel, continuation
 
 GAP = Parameter(name="gap_m", scale=1.0, lower=1e-3, upper=2.0, starts=thresholds(1.0, least=0.05))
@@ -71,7 +71,6 @@ def tried(monkeypatch):
     monkeypatch.setattr(racing, "_with_own_law", lambda *given: given[2].baseline)
     monkeypatch.setattr(racing, "fit_model", fit_model)
     monkeypatch.setattr(racing, "fit_with_errors", fit_with_errors)
-    monkeypatch.setattr(profile, "fit_model", fit_model)
     return fits
 
 
