@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -197,12 +196,6 @@ class FitProblem:
         """With what a fit holds that begins at a vector, the start if not given."""
         at = self.x0 if x is None else x
         return WeighedProblem(self, self.residual_model(at).linearisation(self.baseline(at)), at)
-
-    def on_branch(self, held: Linearisation) -> FitProblem:
-        """The same where motions are looked for near those of another beginning."""
-        problem = copy(self)
-        problem.start = replace(self.start, branch=held.baseline.branch)
-        return problem
 
     def sides(self, x: Array, number: int, *, coarse: float = 0.0) -> tuple[Array, Array]:
         """Vectors with less and with more of one of the causes' parameters, inside its limits."""

@@ -100,8 +100,7 @@ def fit_model(
     )
     begun = _Round(problem.weighed(np.clip(problem.x0, *problem.bounds)), tolerances, options.tolerance)
     rounds, tolerance, iterations = options.rounds, options.tolerance, options.iterations
-    solution, last = minimise_reweighted(begun, rounds=rounds, tolerance=tolerance, iterations=iterations)
-    return fitted(problem.on_branch(last.weighed.held), solution)
+    return fitted(problem, minimise_reweighted(begun, rounds=rounds, tolerance=tolerance, iterations=iterations))
 
 
 @dataclass(frozen=True)
@@ -117,7 +116,7 @@ class _Round:
         return self.weighed.at
 
     def begun_at(self, x: Array) -> Self:
-        return replace(self, weighed=self.weighed.problem.on_branch(self.weighed.held).weighed(x))
+        return replace(self, weighed=self.weighed.problem.weighed(x))
 
     @cached_property
     def _white(self) -> Callable[[Array], Array]:

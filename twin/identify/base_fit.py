@@ -200,8 +200,8 @@ def _fitted_from(
         enough = tolerance if level is errors else LIMITS.coarse_tolerance
         start = np.clip(baseline.vector, *bounds)
         begun = _Round(evidence, baseline, bounds, held, level, enough / 10, start)
-        solution, last = minimise_reweighted(begun, rounds=LIMITS.base_fit_reweighted, tolerance=enough, iterations=30)
-        baseline = replace(baseline.with_vector(solution.x), branch=last.here.baseline.branch)
+        solution = minimise_reweighted(begun, rounds=LIMITS.base_fit_reweighted, tolerance=enough, iterations=30)
+        baseline = baseline.with_vector(solution.x)
         if solution.cost > LIMITS.base_fit_followed * len(solution.residual):
             break  # what does not follow the data here is led astray by smaller errors
     return BaseFit(baseline, solution, errors.with_log_sizes(level.log_sizes))
@@ -220,7 +220,7 @@ class _Round:
     x: Array
 
     def begun_at(self, x: Array) -> Self:
-        return replace(self, x=x, start=replace(self.start, branch=self.here.baseline.branch))
+        return replace(self, x=x)
 
     @cached_property
     def here(self) -> Linearisation:

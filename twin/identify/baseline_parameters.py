@@ -10,7 +10,6 @@ import numpy as np
 from twin.arrays import Array
 from twin.identify.linear.blocks import Blocks
 from twin.identify.linear.linear_model import LinearParameters
-from twin.identify.nonlinear.balance import Branch
 from twin.identify.nonlinear.joint_law import LayerLaw
 
 
@@ -26,8 +25,6 @@ class BaselineParameters:
     shifts: Array = field(default_factory=lambda: np.zeros(0))
     """How far all natural frequencies of each broadband run and of each sweep lie off, (k,), in units of
     :data:`~twin.identify.frequency_shifts.SHIFT`; empty where there is one of these alone."""
-    branch: Branch | None = None
-    """Motions near which those with these parameters are looked for, at the same steps."""
 
     @cached_property
     def blocks(self) -> Blocks:

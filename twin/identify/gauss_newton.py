@@ -190,7 +190,7 @@ class Round(Protocol):
 R = TypeVar("R", bound=Round)
 
 
-def minimise_reweighted(begun: R, *, rounds: int, tolerance: float, iterations: int) -> tuple[Solution, R]:
+def minimise_reweighted(begun: Round, *, rounds: int, tolerance: float, iterations: int) -> Solution:
     """Minimise a cost in rounds that each hold what was found where the last one ended (iterative reweighting).
 
     What is held may lead too far: of each round as much is taken as lowers the cost once it is found anew, whole or
@@ -202,13 +202,6 @@ def minimise_reweighted(begun: R, *, rounds: int, tolerance: float, iterations: 
         At most.
     tolerance
         A round that gains less ends the search, see :meth:`Solution.gained_little`.
-
-    Returns
-    -------
-    Solution
-        Of the last round.
-    Round
-        That one.
     """
     solution = begun.solve(iterations=iterations)
     for left in reversed(range(rounds)):
@@ -216,9 +209,9 @@ def minimise_reweighted(begun: R, *, rounds: int, tolerance: float, iterations: 
             break
         ahead = _next(begun, solution)
         if ahead is None:
-            return replace(begun.solve(iterations=0), ended="stuck"), begun
+            return replace(begun.solve(iterations=0), ended="stuck")
         begun, solution = ahead, ahead.solve(iterations=iterations if left else 0)
-    return solution, begun
+    return solution
 
 
 def _next(begun: R, solution: Solution) -> R | None:

@@ -96,9 +96,6 @@ class ForwardModel(LinearForwardModel):
     ) -> tuple[Array, Array, Balance]:
         """Receptances at the steps' drive frequencies, with all that acts at the moving ports; omega; their balance.
 
-        Where a law is rough a step has several motions.  One is found from that without any law, one on the branch that
-        the unknowns know of; of both that is taken which is nearer to what was measured.
-
         Parameters
         ----------
         held
@@ -109,48 +106,18 @@ class ForwardModel(LinearForwardModel):
         free = self.receptance(omega, baseline.base, time, inner=inner, points=True, drive=self.evidence.steps.drive)
         around = self.surroundings(free, omega)
         if held is not None:
-            found = self._near(held, self.local_at(held), baseline, omega, around)
-            return update_receptance(free, self.moving, found.stiffness), omega, found
-        found = self._with_harmonics(baseline, omega, around, self.local.balance(baseline.laws, omega, around))
-        R = update_receptance(free, self.moving, found.stiffness)
-        if (branch := self._on_branch(baseline)) is not None:
-            begun = self._near(branch, self.local, baseline, omega, around)
-            other = self._with_harmonics(baseline, omega, around, begun)
-            on_branch = update_receptance(free, self.moving, other.stiffness)
-            nearer = np.flatnonzero(self._missed(on_branch, omega) < self._missed(R, omega))
-            R[nearer], found = on_branch[nearer], found.with_steps(nearer, other.of_steps(nearer))
-        return R, omega, found
+            # A model with further forces may be held to a balance without them: they come last.
+            stiffness, added = np.zeros_like(around.driven), held.added.of_ports(len(self.moving))
+            stiffness[:, : held.stiffness.shape[1]] = held.stiffness
+            start = around.motion(stiffness)
+            found = self.local_at(held).balance(baseline.laws, omega, around, added=added, start=start)
+        else:
+            found = self._with_harmonics(baseline, omega, around)
+        return update_receptance(free, self.moving, found.stiffness), omega, found
 
-    def _near(
-        self, near: Balance, local: LocalForces, baseline: BaselineParameters, omega: Array, around: Surroundings
-    ) -> Balance:
-        """The balance with what harmonics add in one nearby, found from its motions."""
-        # A model with further forces may be near a balance without them: they come last.
-        stiffness, added = np.zeros_like(around.driven), near.added.of_ports(len(self.moving))
-        same = min(stiffness.shape[1], near.stiffness.shape[1])
-        stiffness[:, :same] = near.stiffness[:, :same]
-        return local.balance(baseline.laws, omega, around, added=added, start=around.motion(stiffness))
-
-    def measured_over_predicted(self, R: Array, omega: Array) -> Array:
-        """Responses (s, o) of the steps, over those that these receptances make of the measured force."""
-        steps = self.evidence.steps
-        return np.asarray(steps.response[:, :, 0] / (self.responses(R, omega) * steps.force[:, :1]))
-
-    def _missed(self, R: Array, omega: Array) -> Array:
-        """Mean square (s,) of the responses' relative errors."""
-        return np.asarray(np.mean(np.abs(self.measured_over_predicted(R, omega) - 1) ** 2, axis=1))
-
-    def _on_branch(self, baseline: BaselineParameters) -> Balance | None:
-        """A balance at these steps to begin from."""
-        branch, steps = baseline.branch, self.evidence.steps
-        if branch is None or not np.array_equal(branch.omega, steps.omega):
-            return None
-        return branch.balance if np.array_equal(branch.amplitude_m, steps.amplitude_m) else None
-
-    def _with_harmonics(
-        self, baseline: BaselineParameters, omega: Array, around: Surroundings, found: Balance
-    ) -> Balance:
+    def _with_harmonics(self, baseline: BaselineParameters, omega: Array, around: Surroundings) -> Balance:
         """Fundamentals and harmonics of the layer's openings, in turn."""
+        found = self.local.balance(baseline.laws, omega, around)
         if not (has_harmonics(baseline.laws, self.slaps) and len(omega)):
             return found
         p, changed, largest = len(self.points), np.inf, 0.0

@@ -129,14 +129,3 @@ class Balance:
         """Relative error (s,) of what a step shows for its balance was not found: none where it was, at most one."""
         unsettled = np.nan_to_num(self.unsettled, nan=1.0, posinf=1.0)
         return np.where(unsettled > LIMITS.local_settled, np.minimum(unsettled, 1.0), 0.0)
-
-
-@dataclass(frozen=True)
-class Branch:
-    """Motions of some steps: where a law is rough there are several, and parameters nearby have theirs beside these."""
-
-    omega: Array
-    """The steps' frequencies, rad/s, (s,),"""
-    amplitude_m: Array
-    """and how far they go, (s,)."""
-    balance: Balance

@@ -39,7 +39,7 @@ class Linearisation:
     lost: LostContact | None
     """The layer's openings, where contact is lost there."""
     baseline: BaselineParameters
-    """That the balance was found with, and in them itself, to find the next one from."""
+    """That the balance was found with."""
     by_unknowns: Array | None
     """Derivative by each unknown of what the harmonics add at the points, (s, 2 p, u)."""
     made_of: ErrorSources | None = None

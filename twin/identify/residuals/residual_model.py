@@ -22,7 +22,7 @@ from twin.identify.linear.linear_fit import base_prior
 from twin.identify.linear.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.nonlinear.balance import Balance, Branch
+from twin.identify.nonlinear.balance import Balance
 from twin.identify.nonlinear.joint_law import curve_precision
 from twin.identify.nonlinear.local_forces import Influence
 from twin.identify.nonlinear.opening_harmonics import balance_openings
@@ -163,6 +163,11 @@ class ResidualModel(ForwardModel):
         change = self.base_change(self.model, R, omega, baseline, time, np.arange(R.shape[1])[p.outputs], into)
         return self.log_response_change(change, R, omega)
 
+    def measured_over_predicted(self, R: Array, omega: Array) -> Array:
+        """Responses (s, o) of the steps, over those that these receptances make of the measured force."""
+        steps = self.evidence.steps
+        return np.asarray(steps.response[:, :, 0] / (self.responses(R, omega) * steps.force[:, :1]))
+
     def _steps(
         self, R: Array, omega: Array, whitening: Whitening, change: tuple[Array, Array] | None
     ) -> tuple[Array, Columns]:
@@ -208,8 +213,7 @@ class ResidualModel(ForwardModel):
         white = made_of.of_broadband(errors.broadband), made_of.of_steps(errors.steps)
         if state is None:
             return Linearisation(*white, None, None, baseline, None, made_of)
-        found, harmonics, steps = state[2], made_of.of_harmonics(errors.harmonics), self.evidence.steps
-        baseline = replace(baseline, branch=Branch(steps.omega, steps.amplitude_m, found))
+        found, harmonics = state[2], made_of.of_harmonics(errors.harmonics)
         by_unknowns, lost = harmonics_by_unknowns(self, baseline, found) if sensitivities else (None, None)
         return Linearisation(*white, found, lost, baseline, by_unknowns, made_of, harmonics=harmonics)
 
