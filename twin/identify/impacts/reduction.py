@@ -140,7 +140,7 @@ def _ends(hits: Hits) -> tuple[float, float]:
     remains, moving = [], []
     for hit in hits.each:
         top = hit.top
-        after = (hits.length - top) // 10
+        after = max(1, (hits.length - top) // 10)
         ends = []
         for name in hits.channels:
             x = hit.record.samples[name][: hits.length]
