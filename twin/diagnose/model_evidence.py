@@ -144,11 +144,10 @@ def fit_with_errors(
         problem = FitProblem(evidence, harmonics, start, hypotheses, errors=errors)
         inferred, log_evidence = infer_errors(problem, tolerances)
         model = replace(model, errors=inferred, log_evidence=log_evidence)
-        settled, gained = model.solution.settled, likeliest is None or log_evidence > likeliest.log_evidence
-        if likeliest is None or gained:
-            likeliest = model
-        # Errors may have two maxima, each of which leads to the other.
-        if _distance(inferred, errors, least, settled=settled) < CLOSE or (settled and not gained) or time_is_up():
+        if likeliest is not None and not log_evidence > likeliest.log_evidence:
+            break  # errors may have two maxima, each of which leads to the other
+        likeliest = model
+        if _distance(inferred, errors, least, settled=model.solution.settled) < CLOSE or time_is_up():
             break
         errors = inferred
     assert likeliest is not None
