@@ -47,7 +47,7 @@ def _number(value: float | None, digits: int = 3) -> str:
 
 
 def _percent(value: float | None) -> str:
-    return "-" if value is None else f"{100 * value:.2g} %"
+    return "-" if value is None else f"{_number(100 * value, 2)} %"
 
 
 def _span(values: Sequence[float]) -> str:
