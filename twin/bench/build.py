@@ -277,11 +277,15 @@ def _layer_elements(plan: Plan, matrices: Matrices, number: int, joint: JointPla
     """What a joint's law and its sliders do at the points of its layer."""
     points = layer_points(matrices.structure, plan.rig.joints[number].layer_elements, joint=number)
     openings, slips = ([matrices.pad(row) for row in rows] for rows in (points.opening, points.slip))
-    opens, slides = (openings, points.opening_weight, "E"), (slips, points.slip_weight, "all")
-    first = (((law.normal,), opens), ((law.loss,) if law.loss else (), slides))
+    acting = (
+        ((law.normal,), openings, points.opening_weight, "E"),
+        ((law.loss,) if law.loss else (), slips, points.slip_weight, "all"),
+        (law.opening, openings, points.opening_weight, "E"),
+        (law.slip, slips, points.slip_weight, "all"),
+    )
     elements = [
         Element(row, one, weight, velocity=isinstance(one, RunningLoss), follows=follows, joint=number)
-        for laws, (rows, weights, follows) in (*first, (law.opening, opens), (law.slip, slides))
+        for laws, rows, weights, follows in acting
         for one in laws
         for row, weight in zip(rows, weights, strict=True)
     ]

@@ -63,4 +63,4 @@ class BaselineParameters:
         )
         base = LinearParameters.from_vector(vector[: self.of_laws.start])
         shown, shifts = vector[self.blocks["shown"]], vector[self.blocks["shifts"]]
-        return replace(self, base=base, laws=tuple(laws), shown=shown, shifts=shifts)
+        return BaselineParameters(base, tuple(laws), shown, shifts)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal, Protocol, Self, TypeVar
+from typing import Literal, Protocol, Self
 
 import numpy as np
 
@@ -187,9 +187,6 @@ class Round(Protocol):
         """The cost where another round begins, with what that holds of the model and this one's weights."""
 
 
-R = TypeVar("R", bound=Round)
-
-
 def minimise_reweighted(begun: Round, *, rounds: int, tolerance: float, iterations: int) -> Solution:
     """Minimise a cost in rounds that each hold what was found where the last one ended (iterative reweighting).
 
@@ -214,7 +211,7 @@ def minimise_reweighted(begun: Round, *, rounds: int, tolerance: float, iteratio
     return solution
 
 
-def _next(begun: R, solution: Solution) -> R | None:
+def _next(begun: Round, solution: Solution) -> Round | None:
     """The round that begins where one ended, or on the way there."""
     for halved in range(LIMITS.gauss_newton_halved):
         ahead = begun.begun_at(begun.x + (solution.x - begun.x) / 2**halved)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from twin.diagnose import model_evidence
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.limits import LIMITS
 from twin.diagnose.model_evidence import fit_with_errors
 from twin.identify.residuals.error_model import SOUND
@@ -21,7 +22,7 @@ def turns(monkeypatch):
     def given(inferred):
         left, begun = iter(inferred), []
         solution = SimpleNamespace(ended="settled", settled=True)
-        model = SimpleNamespace(baseline=None, hypotheses=(), solution=solution, errors=None, log_evidence=np.nan)
+        model = FittedModel((), baseline=None, errors=None, solution=solution, log_evidence=np.nan, dof=0)
 
         def fit(*where, errors, **how):
             begun.append(errors)
@@ -31,7 +32,6 @@ def turns(monkeypatch):
         monkeypatch.setattr(model_evidence, "fit_model", fit)
         monkeypatch.setattr(model_evidence, "FitProblem", lambda *where, **how: None)
         monkeypatch.setattr(model_evidence, "infer_errors", lambda *about: next(left))
-        monkeypatch.setattr(model_evidence, "replace", lambda old, **new: SimpleNamespace(**(vars(old) | new)))
         return begun
 
     return given

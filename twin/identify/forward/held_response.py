@@ -248,7 +248,8 @@ class HeldBranch:
     def states(self, rows: Array, reading: Array) -> HeldStates:
         """States at the frequencies `rows` (s,) and amplitudes (s,) of the channel's reading."""
         pieces = [self._chunk(rows[k : k + CHUNK], reading[k : k + CHUNK]) for k in range(0, max(len(rows), 1), CHUNK)]
-        return HeldStates(*map(np.concatenate, zip(*(vars(piece).values() for piece in pieces), strict=True)))
+        fields = zip(*(vars(piece).values() for piece in pieces), strict=True)
+        return HeldStates(*map(np.concatenate, fields))
 
     def _chunk(self, rows: Array, reading: Array) -> HeldStates:
         rig, place = self.rig, np.log(reading) / LIMITS.held_response_stride - self.first[rows]
